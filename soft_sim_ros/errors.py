@@ -1,0 +1,132 @@
+"""Every error this package raises on purpose. Each keeps its numbers as attributes and prints them."""
+
+from __future__ import annotations
+
+
+class SoftSimError(Exception):
+    """Base of all errors of this package."""
+
+
+class SceneError(SoftSimError):
+    """A scene says something that cannot be simulated, or says it in words nobody knows.
+
+    Parameters
+    ----------
+    file : name of the scene file
+    key_path : where in the file, such as ``bodies[0].sections[1].length``; empty for the whole file
+    value : what is written there; None if nothing is
+    expected : what should be written there
+    line : line in the file, counted from 1, if known
+    """
+
+    def __init__(
+        self, file: str, key_path: str, value: object, expected: str, line: int | None = None
+    ) -> None:
+        super().__init__(file, key_path, value, expected, line)
+        self.file, self.key_path, self.value = file, key_path, value
+        self.expected, self.line = expected, line
+
+    def __str__(self) -> str:
+        where = self.file if self.line is None else f"{self.file}:{self.line}"
+        key = self.key_path or "scene"
+        what = f"{key} is missing" if self.value is None else f"{key} = {self.value}"
+        return f"{where}: {what}: expected {self.expected}"
+
+
+class SolverError(SoftSimError):
+    """The solver gave up.
+
+    Parameters
+    ----------
+    time : simulation time in s at which it gave up
+    reason : why
+    """
+
+    def __init__(self, time: float, reason: str) -> None:
+        super().__init__(time, reason)
+        self.time, self.reason = time, reason
+
+    def __str__(self) -> str:
+        return f"at t = {self.time:.9g} s: {self.reason}"
+
+
+class Diverged(SolverError):
+    """No acceptable step leads on from ``time``; the state is still the last good one."""
+
+
+class NewtonFailed(SolverError):
+    """Newton's method of one step did not converge.
+
+    Parameters
+    ----------
+    time : simulation time in s at the start of the step
+    iterations : how many were made
+    residual, tolerance : the measure of convergence reached, and the one asked for
+    """
+
+    def __init__(self, time: float, iterations: int, residual: float, tolerance: float) -> None:
+        super().__init__(
+            time,
+            f"Newton's method reached {residual:.3g} after {iterations} iterations, "
+            f"tolerance {tolerance:.3g}",
+        )
+        self.args = (time, iterations, residual, tolerance)
+        self.iterations, self.residual, self.tolerance = iterations, residual, tolerance
+
+
+class StaticsFailed(SolverError):
+    """The path of equilibria could not be followed up to the full load.
+
+    Parameters
+    ----------
+    load_factor : largest fraction of the load, in [0, 1], with an equilibrium found
+    residual : measure of convergence of the last attempt beyond it
+    time : simulation time in s of the loads in question
+    """
+
+    def __init__(self, load_factor: float, residual: float, time: float = 0.0) -> None:
+        super().__init__(
+            time,
+            f"no equilibrium found beyond {load_factor:.6g} of the load "
+            f"(residual {residual:.3g} of the last attempt)",
+        )
+        self.args = (load_factor, residual, time)
+        self.load_factor, self.residual = load_factor, residual
+
+
+class RecordingError(SoftSimError):
+    """A recording cannot be read or written.
+
+    Parameters
+    ----------
+    path : file or directory of the recording
+    reason : why
+    """
+
+    def __init__(self, path: object, reason: str) -> None:
+        super().__init__(str(path), reason)
+        self.path, self.reason = str(path), reason
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.reason}"
+
+
+class TornRecording(RecordingError):
+    """A recording that was never closed: its end is missing, its beginning may be readable."""
+
+
+class CommandError(SoftSimError):
+    """A command that came in from outside is refused.
+
+    Parameters
+    ----------
+    topic : where it came from
+    why : what is wrong with it
+    """
+
+    def __init__(self, topic: str, why: str) -> None:
+        super().__init__(topic, why)
+        self.topic, self.why = topic, why
+
+    def __str__(self) -> str:
+        return f"{self.topic}: {self.why}"
