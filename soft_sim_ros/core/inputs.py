@@ -1,0 +1,254 @@
+"""What pushes the arm from outside: commanded efforts and the wrench at the tip.
+
+``Inputs`` stands between messages and ``Simulation``. The efforts of every step are a pure function
+of the simulation time and of the orders taken up so far, so the node and a later re-simulation of
+its recording, which take up the same orders at the same times, apply the same bits, however the
+steps were grouped into calls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import CommandError
+
+COMMAND, JOINT_COMMAND, EXTERNAL_WRENCH = "~/command", "~/joint_command", "~/external_wrench"
+WORLD, TIP = "world", "tip"
+_NEVER = np.iinfo(np.int64).max
+
+
+@dataclass(frozen=True)
+class Order:
+    """A validated command, ready to be taken up at a step boundary.
+
+    ``channels`` (k,) counts the actuators first, then the six components of the tip wrench;
+    ``values`` (k,) are efforts in actuator units, moments in N·m, forces in N, already inside the
+    limits. ``clamped`` says in words what had to be cut. ``frame`` is set for a wrench only.
+    """
+
+    channels: np.ndarray
+    values: np.ndarray
+    clamped: tuple[str, ...] = ()
+    frame: str | None = None
+
+
+class Inputs:
+    """Commanded efforts and tip wrench of one simulation, with limits and a timeout.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        The arm that is driven; ``scene.actuators`` give limits and safe efforts.
+    command_timeout : float
+        s of simulation time for which the last order of an actuator (or of the wrench) is held;
+        0 = for ever.
+    ramp : float
+        s over which a stale effort then goes linearly to its safe value (the wrench to zero).
+
+    Notes
+    -----
+    The timeout runs for every actuator by itself: commanding one joint does not keep a stale effort
+    of another alive. Orders change nothing before the next `update`; `advance` calls it wherever
+    the efforts change.
+    """
+
+    def __init__(self, simulation, command_timeout: float, ramp: float):
+        for name, value in (("command_timeout", command_timeout), ("ramp", ramp)):
+            if not (np.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} = {value!r} s: expected a finite number, zero or more")
+        self.simulation = simulation
+        actuators = simulation.scene.actuators
+        self.names = tuple(a.name for a in actuators)
+        self._index = {name: i for i, name in enumerate(self.names)}
+        n = len(self.names)
+        self._limits = np.array([a.limits for a in actuators], dtype=float).reshape(n, 2)
+        self._safe = np.array([a.safe for a in actuators] + 6 * [0.0], dtype=float)
+        self._timeout_ns = round(command_timeout * 1e9)
+        self._ramp_ns = round(ramp * 1e9)
+        self._events: list[tuple[int, str]] = []
+        self.last_order_ns: int | None = None
+        self._clear()
+        self.update()
+
+    # Orders: anything wrong with a command is said here, before it reaches the arm.
+
+    def effort_order(self, efforts: Sequence[float]) -> Order:
+        """Order for all actuators, ``efforts`` (n_actuators,) in scene order."""
+        values = np.array(efforts, dtype=float)
+        if values.shape != (len(self.names),):
+            raise CommandError(
+                COMMAND,
+                f"{values.size} efforts for {len(self.names)} actuators ({', '.join(self.names)})",
+            )
+        return self._bounded(COMMAND, np.arange(len(self.names)), values)
+
+    def joint_order(self, names: Sequence[str], efforts: Sequence[float]) -> Order:
+        """Order for some actuators by name, ``efforts`` (len(names),)."""
+        if not names:
+            raise CommandError(JOINT_COMMAND, "no names: expected some of " + ", ".join(self.names))
+        if len(names) != len(efforts):
+            raise CommandError(
+                JOINT_COMMAND, f"{len(efforts)} efforts for {len(names)} names ({', '.join(names)})"
+            )
+        unknown = [name for name in names if name not in self._index]
+        if unknown:
+            raise CommandError(
+                JOINT_COMMAND,
+                f"unknown actuator {', '.join(map(repr, unknown))}: expected some of "
+                + ", ".join(self.names),
+            )
+        twice = sorted({name for name in names if list(names).count(name) > 1})
+        if twice:
+            raise CommandError(JOINT_COMMAND, f"actuator named more than once: {', '.join(twice)}")
+        channels = np.array([self._index[name] for name in names], dtype=np.intp)
+        return self._bounded(JOINT_COMMAND, channels, np.array(efforts, dtype=float))
+
+    def wrench_order(self, wrench: Sequence[float], frame: str = WORLD) -> Order:
+        """Order for the tip wrench (6,), moment N·m then force N; "world" dead, "tip" follower."""
+        values = np.array(wrench, dtype=float)
+        if values.shape != (6,):
+            raise CommandError(
+                EXTERNAL_WRENCH,
+                f"a wrench of shape {values.shape}: expected 3 moments and 3 forces",
+            )
+        if frame not in (WORLD, TIP):
+            raise CommandError(
+                EXTERNAL_WRENCH, f"wrench frame {frame!r}: expected {WORLD!r} or {TIP!r}"
+            )
+        labels = ("torque.x", "torque.y", "torque.z", "force.x", "force.y", "force.z")
+        _require_finite(EXTERNAL_WRENCH, labels, values)
+        return Order(len(self.names) + np.arange(6), values, frame=frame)
+
+    def _bounded(self, topic: str, channels: np.ndarray, values: np.ndarray) -> Order:
+        names = [self.names[i] for i in channels]
+        _require_finite(topic, names, values)
+        lo, hi = self._limits[channels].T
+        cut = np.clip(values, lo, hi)
+        clamped = tuple(
+            f"{names[i]} = {values[i]:g} cut to {cut[i]:g}" for i in np.flatnonzero(cut != values)
+        )
+        return Order(channels, cut, clamped)
+
+    # Taking up.
+
+    def take(self, order: Order) -> None:
+        """Hold the values of ``order`` from the next `update` on; its timeout starts now."""
+        now = self.simulation.time_ns
+        self._held[order.channels] = order.values
+        self._since[order.channels] = now
+        self._late[order.channels] = False
+        if order.frame is not None:
+            self._frame = order.frame
+        self.last_order_ns = now
+        self._changed = True
+
+    def command(self, efforts: Sequence[float]) -> Order:
+        """Check and take up efforts for all actuators."""
+        order = self.effort_order(efforts)
+        self.take(order)
+        return order
+
+    def joint_command(self, names: Sequence[str], efforts: Sequence[float]) -> Order:
+        """Check and take up efforts for the actuators in ``names``."""
+        order = self.joint_order(names, efforts)
+        self.take(order)
+        return order
+
+    def wrench(self, wrench: Sequence[float], frame: str = WORLD) -> Order:
+        """Check and take up a tip wrench (6,), moment then force."""
+        order = self.wrench_order(wrench, frame)
+        self.take(order)
+        return order
+
+    # Time.
+
+    def update(self) -> int:
+        """Set the simulation's efforts and wrench for its present time.
+
+        Returns
+        -------
+        int
+            For how many steps they stay right, at least 1 (a huge number when nothing is due).
+        """
+        now = self.simulation.time_ns
+        values = self._held.copy()
+        due = self._since != _NEVER
+        steps = _NEVER
+        if self._timeout_ns and due.any():
+            late = np.where(due, now - np.where(due, self._since, 0) - self._timeout_ns, -_NEVER)
+            if (late > 0).any():
+                self._ramp(values, late)
+                steps = 1 if (self._since != _NEVER).any() else _NEVER
+            else:
+                steps = int(-late[due].max()) // self.simulation.step_ns + 1
+        if self._changed:
+            n = len(self.names)
+            self.simulation.set_efforts(values[:n])
+            self.simulation.set_tip_wrench(values[n:], self._frame)
+            self._changed = False
+        return steps
+
+    def advance(self, steps: int) -> None:
+        """Advance the simulation by ``steps``, with the right efforts in every step."""
+        while steps > 0:
+            chunk = min(steps, self.update())
+            self.simulation.advance(chunk)
+            steps -= chunk
+
+    def reset(self) -> None:
+        """Initial state, safe efforts, no wrench; time goes on."""
+        self.simulation.reset()
+        self._clear()
+        self.update()
+
+    def take_events(self) -> list[tuple[int, str]]:
+        """What happened by itself since the last call, as (time in ns, text)."""
+        events, self._events = self._events, []
+        return events
+
+    def _clear(self) -> None:
+        self._held = self._safe.copy()
+        self._since = np.full(self._safe.shape, _NEVER, dtype=np.int64)
+        self._late = np.zeros(self._safe.shape, dtype=bool)
+        self._frame = WORLD
+        self._changed = True
+
+    def _ramp(self, values: np.ndarray, late: np.ndarray) -> None:
+        """Move what is ``late`` (ns past the timeout) towards its safe value, and say so once."""
+        ramping = late > 0
+        fresh = ramping & ~self._late & (self._held != self._safe)
+        if fresh.any():
+            who = [name for name, new in zip(self.names, fresh, strict=False) if new]
+            if fresh[len(self.names) :].any():
+                who.append(EXTERNAL_WRENCH)
+            self._events.append((self.simulation.time_ns, "command_timeout: " + ", ".join(who)))
+        self._late = ramping
+        over = ramping & (late >= self._ramp_ns)
+        part = ramping & ~over
+        values[part] += (late[part] / max(self._ramp_ns, 1)) * (self._safe - self._held)[part]
+        values[over] = self._safe[over]
+        self._held[over] = self._safe[over]
+        self._since[over] = _NEVER
+        self._changed = True
+
+
+def wrench_frame(frame_id: str, base_frame_id: str) -> str:
+    """Frame of a wrench message: empty or the frame of the poses = "world", "tip" = follower."""
+    if frame_id == TIP:
+        return TIP
+    if frame_id in ("", base_frame_id):
+        return WORLD
+    raise CommandError(
+        EXTERNAL_WRENCH, f"frame {frame_id!r}: expected {base_frame_id!r}, an empty one or {TIP!r}"
+    )
+
+
+def _require_finite(topic: str, labels: Sequence[str], values: np.ndarray) -> None:
+    if not np.isfinite(values).all():
+        which = ", ".join(
+            f"{labels[i]} = {values[i]}" for i in np.flatnonzero(~np.isfinite(values))
+        )
+        raise CommandError(topic, "not finite: " + which)
