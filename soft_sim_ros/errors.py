@@ -1,4 +1,4 @@
-"""Every error this package raises on purpose. Each keeps its numbers as attributes and prints them."""
+"""Every error this package raises on purpose: each keeps its numbers and prints them."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ class SceneError(SoftSimError):
         self.expected, self.line = expected, line
 
     def __str__(self) -> str:
+        """Put the numbers in a sentence."""
         where = self.file if self.line is None else f"{self.file}:{self.line}"
         key = self.key_path or "scene"
         what = f"{key} is missing" if self.value is None else f"{key} = {self.value}"
@@ -47,6 +48,7 @@ class SolverError(SoftSimError):
         self.time, self.reason = time, reason
 
     def __str__(self) -> str:
+        """Put the numbers in a sentence."""
         return f"at t = {self.time:.9g} s: {self.reason}"
 
 
@@ -108,6 +110,7 @@ class RecordingError(SoftSimError):
         self.path, self.reason = str(path), reason
 
     def __str__(self) -> str:
+        """Put the numbers in a sentence."""
         return f"{self.path}: {self.reason}"
 
 
@@ -129,4 +132,5 @@ class CommandError(SoftSimError):
         self.topic, self.why = topic, why
 
     def __str__(self) -> str:
+        """Put the numbers in a sentence."""
         return f"{self.topic}: {self.why}"

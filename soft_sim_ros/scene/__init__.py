@@ -1,0 +1,26 @@
+"""Scenes: what a person writes (YAML, SI units) as validated, frozen dataclasses."""
+
+from soft_sim_ros.scene.actuator import (
+    Actuator,
+    JointActuator,
+    MomentActuator,
+    TendonActuator,
+)
+from soft_sim_ros.scene.body import Body, Joint, RigidBody, Rod
+from soft_sim_ros.scene.initial import Initial
+from soft_sim_ros.scene.load import DistributedLoad, Load, PointLoad, Schedule
+from soft_sim_ros.scene.load_scene import Scene, load_scene, packaged_scenes, parse_scene
+from soft_sim_ros.scene.material import Material
+from soft_sim_ros.scene.numerics import INTEGRATORS, Basis, Numerics
+from soft_sim_ros.scene.pose import Pose
+from soft_sim_ros.scene.reference import Reference
+from soft_sim_ros.scene.section import Section
+from soft_sim_ros.scene.strains import STRAINS
+
+__all__ = [
+    "INTEGRATORS", "STRAINS",
+    "Actuator", "Basis", "Body", "DistributedLoad", "Initial", "Joint", "JointActuator", "Load",
+    "Material", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference", "RigidBody",
+    "Rod", "Scene", "Schedule", "Section", "TendonActuator",
+    "load_scene", "packaged_scenes", "parse_scene",
+]  # fmt: skip

@@ -1,0 +1,148 @@
+"""Actuators: named, work-conjugate ports. Effort × port velocity is the power into the arm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_sim_ros.scene.body import ROUNDING, Body, Joint, Rod
+from soft_sim_ros.scene.interval import ANY, FINITE, NONNEGATIVE, Interval
+from soft_sim_ros.scene.reader import Reader
+from soft_sim_ros.scene.tendon import HelicalPath, StraightPath, read_path
+
+ANGULAR = ("torsion", "bend_y", "bend_z")
+PULL = Interval.parse("[0, inf]")
+
+
+@dataclass(frozen=True)
+class MomentActuator:
+    """An internal wrench component, constant along a section, that drives one of its strains.
+
+    Its port velocity is the integral of the strain rate along the section: rad/s for a moment
+    in N·m, m/s for a force in N.
+    """
+
+    name: str
+    limits: tuple[float, float]
+    safe: float
+    rod: str
+    section: str
+    strain: str
+
+    @property
+    def unit(self) -> str:
+        """Unit of the effort."""
+        return "N·m" if self.strain in ANGULAR else "N"
+
+
+@dataclass(frozen=True)
+class JointActuator:
+    """A torque about the axis of a revolute joint."""
+
+    name: str
+    limits: tuple[float, float]
+    safe: float
+    joint: str
+
+    @property
+    def unit(self) -> str:
+        """Unit of the effort."""
+        return "N·m"
+
+
+@dataclass(frozen=True)
+class TendonActuator:
+    """A tendon, fixed at arc length ``end`` of a rod and pulled where it enters, at ``start``.
+
+    Positive effort is tension. Its port velocity is the rate at which the tendon inside the rod
+    gets shorter, in m/s. Arc lengths in m along the rod.
+    """
+
+    name: str
+    limits: tuple[float, float]
+    safe: float
+    rod: str
+    start: float
+    end: float
+    path: StraightPath | HelicalPath
+
+    @property
+    def unit(self) -> str:
+        """Unit of the effort."""
+        return "N"
+
+    def offset(self, s: np.ndarray) -> np.ndarray:
+        """Return where the tendon runs, d (…, 3) in m in the section frame, d_x = 0."""
+        return self.path.offset(self._fraction(s))
+
+    def slope(self, s: np.ndarray) -> np.ndarray:
+        """Return d' = dd/ds (…, 3)."""
+        return self.path.slope(self._fraction(s)) / (self.end - self.start)
+
+    def _fraction(self, s: np.ndarray) -> np.ndarray:
+        return (np.asarray(s, dtype=float) - self.start) / (self.end - self.start)
+
+
+Actuator = MomentActuator | JointActuator | TendonActuator
+
+
+def read_actuators(entries: list[Reader], bodies: tuple[Body, ...]) -> tuple[Actuator, ...]:
+    """Read ``actuators``; their order is the order of the efforts in a command."""
+    rods = {body.name: body for body in bodies if isinstance(body, Rod)}
+    joints = {body.name for body in bodies if isinstance(body, Joint) and body.kind == "revolute"}
+    actuators: list[Actuator] = []
+    for reader in entries:
+        with reader:
+            kind = reader.one_of(("moment", "joint_torque", "tendon"))
+            name = reader.name(kind, taken={actuator.name for actuator in actuators})
+            if kind == "moment":
+                actuators.append(_read_moment(reader, name, rods))
+            elif kind == "joint_torque":
+                joint = reader.reference("joint", joints, "revolute joint")
+                actuators.append(JointActuator(name, *_read_limits(reader), joint))
+            else:
+                actuators.append(_read_tendon(reader, name, rods))
+    return tuple(actuators)
+
+
+def _read_moment(reader: Reader, name: str, rods: dict[str, Rod]) -> MomentActuator:
+    rod = rods[reader.reference("rod", rods, "rod")]
+    section = reader.reference("section", [s.name for s in rod.sections], "section of the rod")
+    strain = reader.choice("strain", rod.strains)
+    return MomentActuator(name, *_read_limits(reader), rod.name, section, strain)
+
+
+def _read_tendon(reader: Reader, name: str, rods: dict[str, Rod]) -> TendonActuator:
+    rod = rods[reader.reference("rod", rods, "rod")]
+    start, end = read_span(reader, rod)
+    path = read_path(reader, end - start)
+    limits, safe = _read_limits(reader, tension=True)
+    return TendonActuator(name, limits, safe, rod.name, start, end, path)
+
+
+def read_arc_length(reader: Reader, key: str, rod: Rod, default: float) -> float:
+    """Read an arc length along a rod in m."""
+    inside = Interval(0.0, rod.length * (1.0 + ROUNDING), True, True)
+    return rod.snap(reader.number(key, inside, default))
+
+
+def read_span(reader: Reader, rod: Rod) -> tuple[float, float]:
+    """Read ``start`` and ``end`` along a rod in m; by default the whole rod."""
+    start = read_arc_length(reader, "start", rod, default=0.0)
+    end = read_arc_length(reader, "end", rod, default=rod.length)
+    if not start < end:
+        reader.refuse(f"start < end, they are {start:g} and {end:g}", "start")
+    return start, end
+
+
+def _read_limits(reader: Reader, tension: bool = False) -> tuple[tuple[float, float], float]:
+    low, high = reader.vector("limits", 2, ANY, default=(0.0 if tension else -np.inf, np.inf))
+    if not low <= high or low == np.inf or high == -np.inf:
+        reader.refuse("[low, high] with low <= high", "limits")
+    if tension and low < 0.0:
+        reader.refuse("limits >= 0, a tendon cannot push", "limits")
+    safe = reader.number("safe", NONNEGATIVE if tension else FINITE, default=0.0)
+    if not low <= safe <= high:
+        reader.refuse(f"a number within the limits [{low:g}, {high:g}]", "safe", value=safe)
+    return (float(low), float(high)), float(safe)

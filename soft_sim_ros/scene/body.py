@@ -1,0 +1,145 @@
+"""Bodies of the chain, base to tip: rods, joints and rigid bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_sim_ros.scene.interval import NONNEGATIVE, POSITIVE
+from soft_sim_ros.scene.material import Material
+from soft_sim_ros.scene.pose import IDENTITY, Pose, read_pose
+from soft_sim_ros.scene.reader import Reader, frozen
+from soft_sim_ros.scene.section import Section, read_section
+from soft_sim_ros.scene.strains import STRAINS
+
+JOINT_KINDS = ("fixed", "revolute")
+ROUNDING = 1e-9  # of the length of a rod
+
+
+@dataclass(frozen=True)
+class Rod:
+    """An elastic rod that leaves the frame before it along that frame's x axis.
+
+    ``strains`` are the components that can change, in the order of STRAINS; the others keep
+    their reference values.
+    """
+
+    name: str
+    strains: tuple[str, ...]
+    sections: tuple[Section, ...]
+
+    @property
+    def length(self) -> float:
+        """Reference length in m."""
+        return self.boundaries[-1]
+
+    @property
+    def boundaries(self) -> tuple[float, ...]:
+        """Arc lengths in m where sections begin and end: 0, …, length."""
+        ends = [0.0]
+        for section in self.sections:
+            ends.append(ends[-1] + section.length)
+        return tuple(ends)
+
+    def snap(self, s: float) -> float:
+        """Return the section boundary that an arc length means, else the arc length itself.
+
+        0.2 + 0.2 + 0.2 is not 0.6 in floating-point numbers; a rod must not get a slice of that
+        thickness.
+        """
+        nearest = min(self.boundaries, key=lambda boundary: abs(boundary - s))
+        return nearest if abs(nearest - s) <= ROUNDING * self.length else s
+
+    def section(self, name: str) -> Section:
+        """Return the section of a name."""
+        return next(section for section in self.sections if section.name == name)
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """Moves the chain by the pose ``offset``, then turns it about ``axis`` (in the new frame).
+
+    axis : (3,) unit vector; stiffness in N·m/rad (rest at angle 0); damping in N·m·s/rad.
+    A fixed joint has no angle; its axis, stiffness and damping mean nothing.
+    """
+
+    name: str
+    kind: str
+    axis: np.ndarray
+    offset: Pose = IDENTITY
+    stiffness: float = 0.0
+    damping: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class RigidBody:
+    """A mass fixed to the frame before it; the chain goes on from that same frame.
+
+    mass in kg; inertia (3,) principal moments in kg·m² about the centre of mass, along the axes
+    of the frame ``com`` (whose origin is the centre of mass).
+    """
+
+    name: str
+    mass: float
+    inertia: np.ndarray
+    com: Pose = IDENTITY
+
+
+Body = Rod | Joint | RigidBody
+
+
+def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> tuple[Body, ...]:
+    """Read the chain, base to tip."""
+    bodies: list[Body] = []
+    taken: set[str] = set()
+    for reader in entries:
+        with reader:
+            kind = reader.one_of(("rod", "joint", "rigid_body"))
+            name = reader.name(kind, taken=taken)
+            taken.add(name)
+            if kind == "rod":
+                bodies.append(_read_rod(reader, name, materials))
+            elif kind == "joint":
+                bodies.append(_read_joint(reader, name))
+            else:
+                bodies.append(_read_rigid_body(reader, name))
+    return tuple(bodies)
+
+
+def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
+    strains = reader.choices("strains", STRAINS)
+    sections: list[Section] = []
+    for entry in reader.entries("sections", required=True):
+        sections.append(read_section(entry, materials, {section.name for section in sections}))
+    return Rod(name, strains, tuple(sections))
+
+
+def _read_joint(reader: Reader, name: str) -> Joint:
+    kind = reader.choice("kind", JOINT_KINDS)
+    offset = read_pose(reader.mapping("offset"))
+    if kind == "fixed":
+        for key in ("axis", "stiffness", "damping"):
+            reader.no_effect(key, "it has no effect on a fixed joint")
+        return Joint(name, kind, frozen((1, 0, 0)), offset)
+    axis = reader.vector("axis", 3)
+    norm = float(np.linalg.norm(axis))
+    if not 1e-100 < norm < 1e100:
+        reader.refuse("a direction of ordinary length", "axis")
+    return Joint(
+        name,
+        kind,
+        frozen(axis / norm),
+        offset,
+        stiffness=reader.number("stiffness", NONNEGATIVE, default=0.0),
+        damping=reader.number("damping", NONNEGATIVE, default=0.0),
+    )
+
+
+def _read_rigid_body(reader: Reader, name: str) -> RigidBody:
+    mass = reader.number("mass", POSITIVE)
+    inertia = reader.vector("inertia", 3, NONNEGATIVE, default=(0, 0, 0))
+    largest = float(inertia.max())
+    if largest > (inertia.sum() - largest) * (1 + 1e-9):
+        reader.refuse("principal moments none of which exceeds the sum of the others", "inertia")
+    return RigidBody(name, mass, inertia, read_pose(reader.mapping("com")))

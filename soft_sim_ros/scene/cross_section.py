@@ -1,0 +1,163 @@
+"""Cross-sections: areas, second moments, Saint-Venant torsion constants, shear factors.
+
+Every quantity is a function of the normalised arc length x (…) in [0, 1] and has the shape of x.
+I_y = ∫z² dA resists bending about y. The shear factors are Cowper's (J. Appl. Mech. 33, 1966),
+which depend on Poisson's ratio ν. The torsion constant is the polar moment only for circles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from soft_sim_ros.scene.interval import POSITIVE
+from soft_sim_ros.scene.reader import Reader
+from soft_sim_ros.scene.taper import Taper
+
+Pair = tuple[np.ndarray, np.ndarray]
+
+
+class CrossSection(Protocol):
+    """What a cross-section has to answer."""
+
+    def area(self, x: np.ndarray) -> np.ndarray:
+        """Return the area A in m²."""
+
+    def second_moments(self, x: np.ndarray) -> Pair:
+        """Return (I_y, I_z) in m⁴."""
+
+    def torsion_constant(self, x: np.ndarray) -> np.ndarray:
+        """Return I_t in m⁴: the torque is G·I_t per twist rate."""
+
+    def shear_factors(self, x: np.ndarray, poisson_ratio: float) -> Pair:
+        """Return (k_y, k_z): the shear force along y is k_y·G·A per shear strain."""
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A full circle; radius in m."""
+
+    radius: Taper
+
+    def area(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+        return np.pi * self.radius(x) ** 2
+
+    def second_moments(self, x: np.ndarray) -> Pair:  # noqa: D102
+        moment = np.pi / 4 * self.radius(x) ** 4
+        return moment, moment
+
+    def torsion_constant(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+        return np.pi / 2 * self.radius(x) ** 4
+
+    def shear_factors(self, x: np.ndarray, poisson_ratio: float) -> Pair:  # noqa: D102
+        factor = np.full(np.shape(x), 6 * (1 + poisson_ratio) / (7 + 6 * poisson_ratio))
+        return factor, factor
+
+
+@dataclass(frozen=True)
+class Annulus:
+    """A tube; outer and inner radius in m."""
+
+    outer: Taper
+    inner: Taper
+
+    def area(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+        return np.pi * (self.outer(x) ** 2 - self.inner(x) ** 2)
+
+    def second_moments(self, x: np.ndarray) -> Pair:  # noqa: D102
+        moment = np.pi / 4 * (self.outer(x) ** 4 - self.inner(x) ** 4)
+        return moment, moment
+
+    def torsion_constant(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+        return np.pi / 2 * (self.outer(x) ** 4 - self.inner(x) ** 4)
+
+    def shear_factors(self, x: np.ndarray, poisson_ratio: float) -> Pair:  # noqa: D102
+        nu, square = poisson_ratio, (self.inner(x) / self.outer(x)) ** 2
+        solid = (1 + square) ** 2
+        factor = 6 * (1 + nu) * solid / ((7 + 6 * nu) * solid + (20 + 12 * nu) * square)
+        return factor, factor
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A rectangle; full widths along the section's y and z axes in m."""
+
+    width_y: Taper
+    width_z: Taper
+
+    def area(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+        return self.width_y(x) * self.width_z(x)
+
+    def second_moments(self, x: np.ndarray) -> Pair:  # noqa: D102
+        y, z = self.width_y(x), self.width_z(x)
+        return y * z**3 / 12, y**3 * z / 12
+
+    def torsion_constant(self, x: np.ndarray) -> np.ndarray:
+        """Return Saint-Venant's series, summed to round-off.
+
+        With long side a and short side b, I_t = a b³/3 · (1 - (192/π⁵)(b/a) Σ tanh(nπa/2b)/n⁵),
+        n odd. The sum is Σ 1/n⁵ less Σ (1 - tanh)/n⁵, which falls as exp(-nπa/b).
+        """
+        y, z = self.width_y(x), self.width_z(x)
+        long, short = np.maximum(y, z), np.minimum(y, z)
+        rest = np.zeros_like(long)
+        for n in range(1, 14, 2):
+            rest += 2.0 / (1.0 + np.exp(np.minimum(n * np.pi * long / short, 700.0))) / n**5
+        series = _SUM_OF_ODD_INVERSE_FIFTHS - rest
+        return long * short**3 / 3 * (1 - 192 / np.pi**5 * short / long * series)
+
+    def shear_factors(self, x: np.ndarray, poisson_ratio: float) -> Pair:  # noqa: D102
+        factor = np.full(np.shape(x), 10 * (1 + poisson_ratio) / (12 + 11 * poisson_ratio))
+        return factor, factor
+
+
+_SUM_OF_ODD_INVERSE_FIFTHS = 31 / 32 * 1.0369277551433699263  # (1 - 2⁻⁵)·ζ(5)
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """An ellipse; semi-axes along the section's y and z axes in m."""
+
+    semi_axis_y: Taper
+    semi_axis_z: Taper
+
+    def area(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+        return np.pi * self.semi_axis_y(x) * self.semi_axis_z(x)
+
+    def second_moments(self, x: np.ndarray) -> Pair:  # noqa: D102
+        a, b = self.semi_axis_y(x), self.semi_axis_z(x)
+        return np.pi / 4 * a * b**3, np.pi / 4 * a**3 * b
+
+    def torsion_constant(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+        a, b = self.semi_axis_y(x), self.semi_axis_z(x)
+        return np.pi * a**3 * b**3 / (a**2 + b**2)
+
+    def shear_factors(self, x: np.ndarray, poisson_ratio: float) -> Pair:  # noqa: D102
+        a, b = self.semi_axis_y(x), self.semi_axis_z(x)
+        return _ellipse_factor(a, b, poisson_ratio), _ellipse_factor(b, a, poisson_ratio)
+
+
+def _ellipse_factor(along: np.ndarray, across: np.ndarray, nu: float) -> np.ndarray:
+    """Return the factor for a shear force along one semi-axis; it depends on their ratio only."""
+    square = (across / along) ** 2
+    numerator = 12 * (1 + nu) * (3 + square)
+    return numerator / ((40 + 37 * nu) + (16 + 10 * nu) * square + nu * square**2)
+
+
+def read_cross_section(reader: Reader) -> CrossSection:
+    """Read ``cross_section`` of a section: ``shape`` and its dimensions."""
+    shapes = ("circle", "annulus", "rectangle", "ellipse")
+    with reader:
+        shape = reader.choice("shape", shapes)
+        if shape == "circle":
+            return Circle(reader.taper("radius", POSITIVE))
+        if shape == "annulus":
+            tube = Annulus(reader.taper("outer", POSITIVE), reader.taper("inner", POSITIVE))
+            if tube.inner.start >= tube.outer.start or tube.inner.end >= tube.outer.end:
+                reader.refuse("inner radii smaller than the outer ones", "inner")
+            return tube
+        if shape == "rectangle":
+            return Rectangle(reader.taper("width_y", POSITIVE), reader.taper("width_z", POSITIVE))
+        return Ellipse(reader.taper("semi_axis_y", POSITIVE), reader.taper("semi_axis_z", POSITIVE))

@@ -1,0 +1,62 @@
+"""A YAML text as a tree of nodes that still know where they were written.
+
+The tree stops short of Python values: YAML 1.1 would read ``1e6`` as text, ``1:30`` as 90 and
+``on`` as true, so the reader decides what a word means from what the scene expects there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import yaml
+
+from soft_sim_ros.errors import SceneError
+
+LONGEST_QUOTE = 60
+MERGE = "tag:yaml.org,2002:merge"
+
+
+@dataclass(frozen=True)
+class Document:
+    """A text, the name of its file, and the root of its YAML tree."""
+
+    file: str
+    text: str
+    root: yaml.Node
+
+    @staticmethod
+    def parse(text: str, file: str) -> Document:
+        """Compose the one YAML document of a text; syntax errors name file and line."""
+        try:
+            for token in yaml.scan(text, Loader=yaml.SafeLoader):
+                if isinstance(token, yaml.TagToken):
+                    tag = "".join(part for part in token.value if part)
+                    line = token.start_mark.line + 1
+                    raise SceneError(file, "", tag, "YAML without tags", line)
+            root = yaml.compose(text, Loader=yaml.SafeLoader)
+        except yaml.MarkedYAMLError as error:
+            mark = error.problem_mark or error.context_mark
+            problem = error.problem or error.context or "not YAML"
+            raise _syntax_error(file, problem, mark.line + 1 if mark else None) from error
+        except (yaml.YAMLError, ValueError, OverflowError) as error:
+            raise _syntax_error(file, str(error).splitlines()[0]) from error
+        except RecursionError as error:
+            raise _syntax_error(file, "nested too deeply") from error
+        if root is None:
+            raise SceneError(file, "", None, "a mapping with the key 'bodies', not an empty file")
+        return Document(file, text, root)
+
+    def quote(self, node: yaml.Node) -> str:
+        """Return what was written for a node, on one line and not too long."""
+        written = self.text[node.start_mark.index : node.end_mark.index]
+        line = " ".join(written.split()) or "(nothing)"
+        return line if len(line) <= LONGEST_QUOTE else line[: LONGEST_QUOTE - 1] + "…"
+
+
+def _syntax_error(file: str, problem: str, line: int | None = None) -> SceneError:
+    return SceneError(file, "", f"({problem})", "valid YAML", line)
+
+
+def is_null(node: yaml.Node) -> bool:
+    """Tell whether nothing (or null, ~) is written for a node."""
+    return isinstance(node, yaml.ScalarNode) and node.tag == "tag:yaml.org,2002:null"

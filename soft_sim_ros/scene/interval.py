@@ -1,0 +1,49 @@
+"""Intervals of allowed numbers that can say what they allow."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Numbers between two bounds; a bound belongs to it where its bracket is square.
+
+    An infinite bound with a square bracket allows infinity itself.
+    """
+
+    low: float
+    high: float
+    low_closed: bool
+    high_closed: bool
+
+    @staticmethod
+    def parse(text: str) -> Interval:
+        """Make an interval from its usual notation, such as ``(-1, 0.5]``."""
+        low, high = text[1:-1].split(",")
+        return Interval(float(low), float(high), text[0] == "[", text[-1] == "]")
+
+    def __contains__(self, value: float) -> bool:
+        """Tell whether a number is allowed."""
+        above = value > self.low or (self.low_closed and value == self.low)
+        below = value < self.high or (self.high_closed and value == self.high)
+        return above and below
+
+    def __str__(self) -> str:
+        """Finish the sentence "expected a number …"."""
+        infinite_ends = math.isinf(self.low), math.isinf(self.high)
+        if infinite_ends == (True, True):
+            return "(.inf allowed)" if self.high_closed else "(finite)"
+        if infinite_ends == (False, True):
+            return f"{'>=' if self.low_closed else '>'} {self.low:g}"
+        if infinite_ends == (True, False):
+            return f"{'<=' if self.high_closed else '<'} {self.high:g}"
+        left, right = "[" if self.low_closed else "(", "]" if self.high_closed else ")"
+        return f"in {left}{self.low:g}, {self.high:g}{right}"
+
+
+FINITE = Interval.parse("(-inf, inf)")
+ANY = Interval.parse("[-inf, inf]")
+POSITIVE = Interval.parse("(0, inf)")
+NONNEGATIVE = Interval.parse("[0, inf)")

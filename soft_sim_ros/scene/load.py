@@ -1,0 +1,132 @@
+"""Loads: wrenches at a point or along a rod, with a time schedule."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_sim_ros.scene.actuator import read_arc_length, read_span
+from soft_sim_ros.scene.body import Body, Rod
+from soft_sim_ros.scene.interval import NONNEGATIVE, Interval
+from soft_sim_ros.scene.reader import Reader
+
+FRAMES = ("world", "body")
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """When a load acts, in s: from ``start`` on and until ``end``, with straight ramps inside.
+
+    The factor rises from 0 to 1 within ``ramp`` after the start and falls back to 0 within
+    ``ramp`` before the end. Without a ramp the load is on for start <= t < end.
+    """
+
+    start: float = 0.0
+    end: float = math.inf
+    ramp: float = 0.0
+
+    def factor(self, t: float) -> float:
+        """Return the fraction of the load that acts at time t in s, in [0, 1]."""
+        if not self.start <= t < self.end:
+            return 0.0
+        if self.ramp == 0.0:
+            return 1.0
+        return min(1.0, (t - self.start) / self.ramp, (self.end - t) / self.ramp)
+
+    @property
+    def switch_times(self) -> tuple[float, ...]:
+        """Times in s at which the factor jumps or changes its slope."""
+        times = {self.start, self.start + self.ramp, self.end - self.ramp, self.end}
+        return tuple(sorted(time for time in times if math.isfinite(time)))
+
+
+@dataclass(frozen=True, eq=False)
+class PointLoad:
+    """A wrench at arc length s of a rod, or at the frame of a joint or rigid body (s = 0).
+
+    force (3,) in N, moment (3,) in N·m; in the frame "world" the load is dead, in the frame
+    "body" it follows the cross-section.
+    """
+
+    name: str
+    schedule: Schedule
+    body: str
+    s: float
+    force: np.ndarray
+    moment: np.ndarray
+    frame: str
+
+
+@dataclass(frozen=True, eq=False)
+class DistributedLoad:
+    """A wrench per reference arc length, constant between arc lengths ``start`` and ``end``.
+
+    force (3,) in N/m, moment (3,) in N·m/m; frames as for a PointLoad.
+    """
+
+    name: str
+    schedule: Schedule
+    body: str
+    start: float
+    end: float
+    force: np.ndarray
+    moment: np.ndarray
+    frame: str
+
+
+Load = PointLoad | DistributedLoad
+
+
+def read_loads(entries: list[Reader], bodies: tuple[Body, ...]) -> tuple[Load, ...]:
+    """Read ``loads``."""
+    loads: list[Load] = []
+    for reader in entries:
+        with reader:
+            kind = reader.one_of(("point", "distributed"))
+            name = reader.name(kind, taken={load.name for load in loads})
+            schedule = _read_schedule(reader.mapping("schedule"))
+            read = _read_point if kind == "point" else _read_distributed
+            loads.append(read(reader, name, schedule, bodies))
+    return tuple(loads)
+
+
+def _read_point(
+    reader: Reader, name: str, schedule: Schedule, bodies: tuple[Body, ...]
+) -> PointLoad:
+    by_name = {body.name: body for body in bodies}
+    body = by_name[reader.reference("body", by_name, "body")]
+    s = 0.0
+    if isinstance(body, Rod):
+        s = read_arc_length(reader, "s", body, default=body.length)
+    else:
+        reader.no_effect("s", f"{body.name} is not a rod")
+    return PointLoad(name, schedule, body.name, s, *_read_wrench(reader))
+
+
+def _read_distributed(
+    reader: Reader, name: str, schedule: Schedule, bodies: tuple[Body, ...]
+) -> DistributedLoad:
+    rods = {body.name: body for body in bodies if isinstance(body, Rod)}
+    rod = rods[reader.reference("body", rods, "rod")]
+    start, end = read_span(reader, rod)
+    return DistributedLoad(name, schedule, rod.name, start, end, *_read_wrench(reader))
+
+
+def _read_wrench(reader: Reader) -> tuple[np.ndarray, np.ndarray, str]:
+    if not (reader.has("force") or reader.has("moment")):
+        reader.refuse("a force or a moment")
+    force = reader.vector("force", 3, default=(0, 0, 0))
+    moment = reader.vector("moment", 3, default=(0, 0, 0))
+    return force, moment, reader.choice("frame", FRAMES, default="world")
+
+
+def _read_schedule(reader: Reader) -> Schedule:
+    with reader:
+        start = reader.number("start", default=0.0)
+        end = reader.number("end", Interval(start, math.inf, False, True), default=math.inf)
+        ramp = reader.number("ramp", NONNEGATIVE, default=0.0)
+        if 2 * ramp > end - start:
+            reader.refuse(f"at most half the time between start and end, {end - start:g} s", "ramp")
+    return Schedule(start, end, ramp)

@@ -1,0 +1,117 @@
+"""From a YAML file to a validated scene."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from soft_sim_ros.errors import SceneError
+from soft_sim_ros.scene.actuator import Actuator, read_actuators
+from soft_sim_ros.scene.body import Body, read_bodies
+from soft_sim_ros.scene.document import Document
+from soft_sim_ros.scene.initial import Initial, read_initial
+from soft_sim_ros.scene.load import Load, read_loads
+from soft_sim_ros.scene.material import Material, read_material
+from soft_sim_ros.scene.numerics import Numerics, read_numerics
+from soft_sim_ros.scene.pose import Pose, read_pose
+from soft_sim_ros.scene.reader import Reader
+
+DEFAULT_SCENE = "soft_arm"
+GRAVITY = (0.0, 0.0, -9.81)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything a person writes down to have an arm simulated; SI units.
+
+    gravity (3,) in m/s², world frame; base: pose of the first body in the world frame; bodies:
+    the chain, base to tip; source: the YAML text; file: where it came from.
+    """
+
+    name: str
+    gravity: np.ndarray
+    base: Pose
+    bodies: tuple[Body, ...]
+    actuators: tuple[Actuator, ...]
+    loads: tuple[Load, ...]
+    initial: Initial
+    numerics: Numerics
+    source: str
+    file: str
+
+
+def load_scene(path_or_name: str | Path) -> Scene:
+    """Load a scene from a file, or by name from the scenes that come with the package.
+
+    Raises
+    ------
+    SceneError
+        for anything wrong with the file, its syntax or its content
+    """
+    path = find_scene(path_or_name)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        expected = f"UTF-8 text (byte {error.start} is not)"
+        raise SceneError(str(path), "", "(not text)", expected) from error
+    except OSError as error:
+        raise SceneError(str(path), "", f"({error.strerror})", "a readable file") from error
+    return parse_scene(text, str(path))
+
+
+def parse_scene(text: str, file: str = "<text>") -> Scene:
+    """Make a scene from YAML text; ``file`` is what errors call it."""
+    document = Document.parse(text, file)
+    with Reader(document, document.root) as reader:
+        name = reader.name("name", default=re.sub(r"\W|^(?=[\d_])", "s_", Path(file).stem))
+        gravity = reader.vector("gravity", 3, default=GRAVITY)
+        base = read_pose(reader.mapping("base"))
+        materials = _read_materials(reader.mapping("materials"))
+        bodies = read_bodies(reader.entries("bodies", required=True), materials)
+        return Scene(
+            name=name,
+            gravity=gravity,
+            base=base,
+            bodies=bodies,
+            actuators=read_actuators(reader.entries("actuators"), bodies),
+            loads=read_loads(reader.entries("loads"), bodies),
+            initial=read_initial(reader.mapping("initial"), bodies),
+            numerics=read_numerics(reader.mapping("numerics"), bodies),
+            source=text,
+            file=file,
+        )
+
+
+def _read_materials(reader: Reader) -> dict[str, Material]:
+    with reader:
+        return {name: read_material(reader.mapping(name), name) for name in reader.keys()}
+
+
+def find_scene(path_or_name: str | Path) -> Path:
+    """Return the file of a scene: the path itself if it exists, else the config folder's file."""
+    path = Path(path_or_name)
+    if path.is_file():
+        return path
+    scenes = packaged_scenes()
+    if path.name == str(path_or_name) and path.stem in scenes and path.suffix in ("", ".yaml"):
+        return scenes[path.stem]
+    close = difflib.get_close_matches(path.stem, scenes, 1)
+    hint = f" (did you mean {close[0]}?)" if close else ""
+    expected = f"an existing file or one of the scenes {', '.join(scenes)}{hint}"
+    raise SceneError(str(path_or_name), "", "(no such file)", expected)
+
+
+def packaged_scenes() -> dict[str, Path]:
+    """Return the scenes that come with the package, name → file.
+
+    They lie in ``config/`` beside the package in a source tree, else in
+    ``share/soft_sim_ros/config/`` of the prefix the package is installed under.
+    """
+    root = Path(__file__).resolve().parents[2]
+    folders = [root / "config", *(p / "share/soft_sim_ros/config" for p in root.parents)]
+    folder = next((f for f in folders if (f / f"{DEFAULT_SCENE}.yaml").is_file()), None)
+    return {} if folder is None else {file.stem: file for file in sorted(folder.glob("*.yaml"))}

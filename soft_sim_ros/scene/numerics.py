@@ -1,0 +1,117 @@
+"""How a scene is solved. Nothing here changes the physics; everything has a default."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from soft_sim_ros.scene.body import Body, Rod
+from soft_sim_ros.scene.interval import POSITIVE, Interval
+from soft_sim_ros.scene.reader import Reader
+from soft_sim_ros.scene.strains import STRAINS
+
+INTEGRATORS = ("sdirk2", "generalized_alpha", "implicit_midpoint", "trapezoidal")
+BASES = ("legendre", "chebyshev", "monomial", "constant", "linear")
+FIXED_ORDER = {"constant": 0, "linear": 1}
+DEFAULT_ORDER = {
+    "torsion": 1, "bend_y": 3, "bend_z": 3, "stretch": 1, "shear_y": 1, "shear_z": 1,
+}  # fmt: skip
+MAX_ORDER = 50
+MAX_ELEMENTS = 10000
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Trial functions of the strains.
+
+    kind : one of BASES
+    order : highest polynomial degree by strain
+    elements : equal elements per section
+    nodes : Gauss–Lobatto nodes per element; None: chosen from the order
+    """
+
+    kind: str = "legendre"
+    order: dict[str, int] = field(default_factory=lambda: dict(DEFAULT_ORDER))
+    elements: int = 1
+    nodes: int | None = None
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """Step in s, integrator and its options, Newton's tolerance and iterations, bases.
+
+    ``rods`` has one Basis for every rod, with orders for its active strains only: ``basis`` with
+    the overrides of that rod put in.
+    """
+
+    step: float = 0.002
+    integrator: str = "sdirk2"
+    options: dict[str, float] = field(default_factory=dict)
+    tolerance: float = 1e-9
+    max_iterations: int = 20
+    basis: Basis = field(default_factory=Basis)
+    rods: dict[str, Basis] = field(default_factory=dict)
+
+
+def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
+    """Read ``numerics``."""
+    rods = [body for body in bodies if isinstance(body, Rod)]
+    active = tuple(s for s in STRAINS if any(s in rod.strains for rod in rods))
+    with reader:
+        basis = _read_basis(reader.mapping("basis"), Basis(), active)
+        bases: dict[str, Basis] = {}
+        with reader.mapping("rods") as overrides:
+            for rod in rods:
+                overrides.has(rod.name)
+                bases[rod.name] = _read_basis(overrides.mapping(rod.name), basis, rod.strains)
+        return Numerics(
+            step=_read_step(reader),
+            integrator=reader.choice("integrator", INTEGRATORS, default="sdirk2"),
+            options=_read_options(reader.mapping("options")),
+            tolerance=reader.number("tolerance", Interval.parse("(0, 1)"), default=1e-9),
+            max_iterations=reader.whole("max_iterations", Interval.parse("[1, 1000]"), default=20),
+            basis=basis,
+            rods=bases,
+        )
+
+
+def _read_step(reader: Reader) -> float:
+    step = reader.number("step", POSITIVE, default=0.002)
+    nanoseconds = step * 1e9
+    # Time is counted in whole nanoseconds, as ROS counts it; anything else would drift.
+    if not (nanoseconds >= 1.0 and abs(nanoseconds - round(nanoseconds)) < 1e-3):
+        reader.refuse("a time in s that is a whole number of nanoseconds", "step")
+    return float(step)
+
+
+def _read_options(reader: Reader) -> dict[str, float]:
+    with reader:
+        return {key: reader.number(key) for key in reader.keys()}
+
+
+def _read_basis(reader: Reader, default: Basis, strains: tuple[str, ...]) -> Basis:
+    """Read a basis; what is absent comes from ``default``."""
+    with reader:
+        kind = reader.choice("kind", BASES, default=default.kind)
+        order = {strain: default.order[strain] for strain in strains}
+        if kind in FIXED_ORDER:
+            reader.no_effect("order", f"a {kind} basis has a fixed order")
+            order = dict.fromkeys(strains, FIXED_ORDER[kind])
+        elif reader.has("order"):
+            order.update(_read_order(reader, strains))
+        elements = reader.whole("elements", Interval(1, MAX_ELEMENTS, True, True), default.elements)
+        nodes = default.nodes
+        if reader.has("nodes"):
+            automatic = not reader.is_list("nodes") and reader.word("nodes") == "auto"
+            nodes = None if automatic else reader.whole("nodes", Interval.parse("[2, 100]"))
+    return Basis(kind, order, elements, nodes)
+
+
+def _read_order(reader: Reader, strains: tuple[str, ...]) -> dict[str, int]:
+    allowed = Interval(0, MAX_ORDER, True, True)
+    if not reader.is_mapping("order"):
+        return dict.fromkeys(strains, reader.whole("order", allowed))
+    with reader.mapping("order") as orders:
+        for strain in STRAINS:
+            if strain not in strains:
+                orders.no_effect(strain, "this strain is not active, its order has no effect")
+        return {s: orders.whole(s, allowed) for s in strains if orders.has(s)}

@@ -1,0 +1,306 @@
+"""Reads one mapping of a scene: every key asked for once, converted, checked, or refused by name.
+
+Reading a mapping is a list of declarations::
+
+    with reader:
+        length = reader.number("length", POSITIVE)
+        kind = reader.choice("frame", ("world", "body"), default="world")
+
+On leaving the ``with`` block, keys that nobody asked for are errors.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Collection, Sequence
+from types import TracebackType
+from typing import Any, NoReturn
+
+import numpy as np
+import yaml
+
+from soft_sim_ros.errors import SceneError
+from soft_sim_ros.scene.document import MERGE, Document, is_null
+from soft_sim_ros.scene.interval import FINITE, Interval
+from soft_sim_ros.scene.taper import Taper
+
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+REQUIRED: Any = object()
+
+
+class Reader:
+    """The keys and values of one mapping, and its place in the file."""
+
+    def __init__(self, document: Document, node: yaml.Node, path: str = "") -> None:
+        self.document, self.node, self.path = document, node, path
+        self._known: list[str] = []
+        if not isinstance(node, yaml.MappingNode) and not is_null(node):
+            self.refuse("a mapping (key: value)")
+        self._pairs = self._collect(node) if isinstance(node, yaml.MappingNode) else {}
+
+    def __enter__(self) -> Reader:
+        """Begin to read."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Refuse unknown keys, unless something worse has been found already."""
+        if kind is None:
+            self.done()
+
+    # -- what is there ---------------------------------------------------------------------
+
+    def has(self, key: str) -> bool:
+        """Tell whether a key is written (and make it a known key)."""
+        if key not in self._known:
+            self._known.append(key)
+        return key in self._pairs
+
+    def keys(self) -> list[str]:
+        """Return all keys in the order of the file."""
+        return list(self._pairs)
+
+    def one_of(self, keys: Sequence[str], default: str | None = None) -> str:
+        """Return the only one of some alternative keys that is written."""
+        found = [key for key in keys if self.has(key)]
+        if len(found) > 1:
+            self.refuse(f"only one of {' and '.join(found)}", found[1])
+        if not found and default is None:
+            self._refuse_misspelt(keys)
+            self.refuse(f"one of the keys {', '.join(keys)}")
+        return found[0] if found else str(default)
+
+    def no_effect(self, key: str, why: str) -> None:
+        """Refuse a key that would be ignored."""
+        if self.has(key):
+            self.refuse(f"no such key: {why}", key)
+
+    def done(self) -> None:
+        """Refuse keys that nobody asked for, naming the nearest known key."""
+        for key in self._pairs:
+            if key not in self._known:
+                self.refuse(f"a known key, {_nearest(key, self._known)}", key)
+
+    # -- values ----------------------------------------------------------------------------
+
+    def number(self, key: str, within: Interval = FINITE, default: Any = REQUIRED) -> Any:
+        """Return a number; ``default`` if the key is absent."""
+        node = self._find(key, default, f"a number {within}")
+        return default if node is None else self._number(node, within, self._at(key))
+
+    def whole(self, key: str, within: Interval, default: Any = REQUIRED) -> Any:
+        """Return a whole number."""
+        value = self.number(key, within, default)
+        if key in self._pairs and value != int(value):
+            self.refuse(f"a whole number {within}", key)
+        return int(value) if key in self._pairs else value
+
+    def vector(
+        self, key: str, size: int, within: Interval = FINITE, default: Any = REQUIRED
+    ) -> Any:
+        """Return a list of numbers as a read-only array (size,)."""
+        expected = f"a list of {size} numbers" + ("" if within is FINITE else f" {within}")
+        node = self._find(key, default, expected)
+        if node is None:
+            return frozen(default)
+        items = self._items(node, size, expected, self._at(key))
+        path = self._at(key)
+        return frozen([self._number(n, within, f"{path}[{i}]") for i, n in enumerate(items)])
+
+    def taper(self, key: str, within: Interval = FINITE, default: Any = REQUIRED) -> Taper:
+        """Return a number, or a pair of numbers [start, end] with a straight line between."""
+        node = self._find(key, default, f"a number {within} or a pair [start, end] of them")
+        return Taper(default, default) if node is None else self._taper(node, within, self._at(key))
+
+    def tapers(self, key: str, size: int, default: float) -> tuple[Taper, ...]:
+        """Return a list whose entries are numbers or pairs [start, end]."""
+        expected = f"a list of {size} entries, each a number or a pair [start, end]"
+        node = self._find(key, default, expected)
+        if node is None:
+            return (Taper(default, default),) * size
+        items = self._items(node, size, expected, self._at(key))
+        path = self._at(key)
+        return tuple(self._taper(n, FINITE, f"{path}[{i}]") for i, n in enumerate(items))
+
+    def word(self, key: str, default: Any = REQUIRED) -> Any:
+        """Return a text."""
+        node = self._find(key, default, "a text")
+        if node is None:
+            return default
+        if not isinstance(node, yaml.ScalarNode) or is_null(node):
+            self.refuse("a text", key)
+        return node.value
+
+    def name(self, key: str, default: Any = REQUIRED, taken: Collection[str] = ()) -> Any:
+        """Return a new name: letters, digits and underscores, not yet taken."""
+        name = self.word(key, default)
+        if not NAME.fullmatch(name):
+            self.refuse("a name of letters, digits and _ that starts with a letter", key)
+        if name in taken:
+            self.refuse("a name that is not used twice", key)
+        return name
+
+    def choice(self, key: str, options: Collection[str], default: Any = REQUIRED) -> Any:
+        """Return one of some fixed words."""
+        word = self.word(key, default)
+        if key in self._pairs and word not in options:
+            self.refuse(_nearest(word, options), key)
+        return word
+
+    def choices(self, key: str, options: Sequence[str]) -> tuple[str, ...]:
+        """Return some of some fixed words, each at most once, in the order of ``options``."""
+        node = self._find(key, None, "")
+        if node is None:
+            return tuple(options)
+        items = self._items(node, None, f"a list of some of {', '.join(options)}", self._at(key))
+        words = [item.value if isinstance(item, yaml.ScalarNode) else "" for item in items]
+        for i, (word, item) in enumerate(zip(words, items, strict=True)):
+            if word not in options:
+                self._refuse_node(item, f"{self._at(key)}[{i}]", _nearest(word, options))
+            if word in words[:i]:
+                self._refuse_node(item, f"{self._at(key)}[{i}]", "every word only once")
+        if not words:
+            self.refuse(f"at least one of {', '.join(options)}", key)
+        return tuple(word for word in options if word in words)
+
+    def reference(
+        self, key: str, known: Collection[str], what: str, default: Any = REQUIRED
+    ) -> Any:
+        """Return the name of something defined elsewhere in the scene."""
+        name = self.word(key, default)
+        if name not in known:
+            self.refuse(f"the name of a {what}, {_nearest(name, known)}", key)
+        return name
+
+    def mapping(self, key: str, required: bool = False) -> Reader:
+        """Return the reader of a mapping; an absent or empty one reads as ``{}``."""
+        node = self._find(key, REQUIRED if required else None, "a mapping (key: value)")
+        if node is None:
+            node = yaml.MappingNode("", [], self.node.start_mark, self.node.start_mark)
+        return Reader(self.document, node, self._at(key))
+
+    def entries(self, key: str, required: bool = False) -> list[Reader]:
+        """Return the readers of a list of mappings; absent or empty reads as ``[]``."""
+        expected = "a list with at least one entry" if required else "a list"
+        node = self._find(key, REQUIRED if required else None, expected)
+        path = self._at(key)
+        items = [] if node is None or is_null(node) else self._items(node, None, expected, path)
+        if required and not items:
+            self.refuse(expected, key)
+        return [Reader(self.document, item, f"{path}[{i}]") for i, item in enumerate(items)]
+
+    def is_list(self, key: str) -> bool:
+        """Tell whether the value of a key is a list."""
+        return self.has(key) and isinstance(self._pairs[key][1], yaml.SequenceNode)
+
+    def is_mapping(self, key: str) -> bool:
+        """Tell whether the value of a key is a mapping."""
+        return self.has(key) and isinstance(self._pairs[key][1], yaml.MappingNode)
+
+    # -- refusing --------------------------------------------------------------------------
+
+    def refuse(self, expected: str, key: str | None = None, value: object = None) -> NoReturn:
+        """Raise the error for a key of this mapping, or for the mapping itself."""
+        if key is None:
+            self._refuse_node(self.node, self.path, expected)
+        if key in self._pairs:
+            self._refuse_node(self._pairs[key][1], self._at(key), expected)
+        raise SceneError(self.document.file, self._at(key), value, expected, self._line(self.node))
+
+    def _refuse_node(self, node: yaml.Node, path: str, expected: str) -> NoReturn:
+        document = self.document
+        raise SceneError(document.file, path, document.quote(node), expected, self._line(node))
+
+    def _refuse_misspelt(self, wanted: Sequence[str]) -> None:
+        """Before saying that a key is missing, look whether it is there under a wrong name."""
+        for key in self._pairs:
+            if key not in self._known and difflib.get_close_matches(key, wanted, 1, 0.7):
+                self.refuse(f"a known key, {_nearest(key, wanted)}", key)
+
+    @staticmethod
+    def _line(node: yaml.Node) -> int:
+        return int(node.start_mark.line) + 1
+
+    # -- nodes -----------------------------------------------------------------------------
+
+    def _at(self, key: str) -> str:
+        return f"{self.path}.{key}" if self.path else key
+
+    def _collect(
+        self, node: yaml.MappingNode, merging: int = 0
+    ) -> dict[str, tuple[yaml.Node, yaml.Node]]:
+        """Return key → (key node, value node), merge keys (<<) resolved."""
+        own: dict[str, tuple[yaml.Node, yaml.Node]] = {}
+        merged: dict[str, tuple[yaml.Node, yaml.Node]] = {}
+        for key, value in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                self._refuse_node(key, self.path, "a word as key")
+            if key.tag == MERGE:
+                if not isinstance(value, yaml.MappingNode) or merging > 8:
+                    self._refuse_node(value, self._at("<<"), "one mapping to merge (<<: *anchor)")
+                merged.update(self._collect(value, merging + 1))
+            elif key.value in own:
+                expected = f"every key once (first in line {self._line(own[key.value][0])})"
+                self._refuse_node(value, self._at(key.value), expected)
+            else:
+                own[key.value] = key, value
+        return {**merged, **own}
+
+    def _find(self, key: str, default: Any, expected: str) -> yaml.Node | None:
+        if self.has(key):
+            return self._pairs[key][1]
+        if default is REQUIRED:
+            self._refuse_misspelt([key])
+            self.refuse(expected, key)
+        return None
+
+    def _items(
+        self, node: yaml.Node, size: int | None, expected: str, path: str
+    ) -> list[yaml.Node]:
+        if not isinstance(node, yaml.SequenceNode) or size not in (None, len(node.value)):
+            self._refuse_node(node, path, expected)
+        return list(node.value)
+
+    def _number(self, node: yaml.Node, within: Interval, path: str) -> float:
+        # Plain words only: a quoted "1" is a text. float() takes 1e6, which YAML 1.1 does not,
+        # and refuses on, yes, 1:30 and 0x10.
+        plain = isinstance(node, yaml.ScalarNode) and node.style is None
+        try:
+            value = float(re.sub(r"^([+-]?)\.(inf|nan)$", r"\1\2", node.value.lower(), count=1)
+                          if plain else "text")  # fmt: skip
+        except ValueError:
+            value = math.nan
+        if math.isnan(value) or value not in within:
+            self._refuse_node(node, path, f"a number {within}")
+        return value
+
+    def _taper(self, node: yaml.Node, within: Interval, path: str) -> Taper:
+        if not isinstance(node, yaml.SequenceNode):
+            value = self._number(node, within, path)
+            return Taper(value, value)
+        start, end = self._items(node, 2, f"a number {within} or a pair [start, end]", path)
+        return Taper(
+            self._number(start, within, f"{path}[0]"), self._number(end, within, f"{path}[1]")
+        )
+
+
+def frozen(values: Any) -> np.ndarray:
+    """Return an array that cannot be written to."""
+    array = np.array(values, dtype=float)
+    array.setflags(write=False)
+    return array
+
+
+def _nearest(word: str, known: Collection[str]) -> str:
+    """Say which known word is nearest, and all of them if they are few."""
+    close = difflib.get_close_matches(word, list(known), 1, 0.6)
+    if not known:
+        return "but there is none"
+    listed = f"one of {', '.join(known)}"
+    return f"{listed} (did you mean {close[0]}?)" if close else listed

@@ -1,0 +1,111 @@
+"""Sections: stretches of a rod with one material and smoothly varying data.
+
+The section law is linear: the wrench is stiffness·(ξ - ξ₀) + damping·ξ̇, per reference arc length
+and with the reference cross-section (stretching a section does not thin it).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_sim_ros.scene.cross_section import CrossSection, read_cross_section
+from soft_sim_ros.scene.interval import POSITIVE
+from soft_sim_ros.scene.material import Material
+from soft_sim_ros.scene.reader import Reader
+from soft_sim_ros.scene.reference import Reference, read_reference
+from soft_sim_ros.scene.strains import STRAINS
+
+
+@dataclass(frozen=True)
+class Section:
+    """Length in m, material, cross-section and reference shape.
+
+    All functions take normalised arc lengths x (…) in [0, 1]. ``shear_correction`` (k_y, k_z)
+    overrides the factors of the cross-section.
+    """
+
+    name: str
+    length: float
+    material: Material
+    cross_section: CrossSection
+    reference: Reference = Reference()
+    shear_correction: tuple[float, float] | None = None
+
+    def stiffness(self, x: np.ndarray) -> np.ndarray:
+        """Return (…, 6): G·I_t, E·I_y, E·I_z in N·m², E·A, k_y·G·A, k_z·G·A in N."""
+        return self._law(x, self.material.young_modulus, self.material.shear_modulus)
+
+    def damping(self, x: np.ndarray) -> np.ndarray:
+        """Return (…, 6): Kelvin–Voigt damping, laid out as the stiffness, N·m²·s and N·s."""
+        return self._law(x, self.material.axial_viscosity, self.material.viscosity)
+
+    def inertia(self, x: np.ndarray) -> np.ndarray:
+        """Return (…, 4) per arc length: ρA in kg/m, ρ(I_y + I_z), ρI_y, ρI_z in kg·m."""
+        x = np.asarray(x, dtype=float)
+        about_y, about_z = self.cross_section.second_moments(x)
+        area = self.cross_section.area(x)
+        rows = [area, about_y + about_z, about_y, about_z]
+        return self.material.density * np.stack(rows, axis=-1)
+
+    def strain0(self, x: np.ndarray) -> np.ndarray:
+        """Return the reference strain ξ₀ (…, 6)."""
+        return self.reference.strain(np.asarray(x, dtype=float))
+
+    def shear_factors(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return (k_y, k_z) in use."""
+        if self.shear_correction is None:
+            return self.cross_section.shear_factors(x, self.material.poisson_ratio)
+        ky, kz = self.shear_correction
+        return np.full(np.shape(x), ky), np.full(np.shape(x), kz)
+
+    def _law(self, x: np.ndarray, axial: float, shear: float) -> np.ndarray:
+        """Put a modulus (Pa) or a viscosity (Pa·s) through the cross-section."""
+        x = np.asarray(x, dtype=float)
+        area = self.cross_section.area(x)
+        about_y, about_z = self.cross_section.second_moments(x)
+        ky, kz = self.shear_factors(x)
+        twist = shear * self.cross_section.torsion_constant(x)
+        rows = [twist, axial * about_y, axial * about_z, axial * area]
+        return np.stack([*rows, ky * shear * area, kz * shear * area], axis=-1)
+
+
+def read_section(reader: Reader, materials: dict[str, Material], taken: set[str]) -> Section:
+    """Read one entry of ``sections`` of a rod."""
+    with reader:
+        section = Section(
+            name=reader.name("name", taken=taken),
+            length=reader.number("length", POSITIVE),
+            material=materials[reader.reference("material", materials, "material")],
+            cross_section=read_cross_section(reader.mapping("cross_section", required=True)),
+            reference=read_reference(reader.mapping("reference")),
+            shear_correction=_read_shear_correction(reader),
+        )
+    _check_representable(reader, section)
+    return section
+
+
+def _read_shear_correction(reader: Reader) -> tuple[float, float] | None:
+    if not reader.has("shear_correction"):
+        return None
+    if reader.is_list("shear_correction"):
+        ky, kz = reader.vector("shear_correction", 2, POSITIVE)
+        return float(ky), float(kz)
+    factor = reader.number("shear_correction", POSITIVE)
+    return factor, factor
+
+
+def _check_representable(reader: Reader, section: Section) -> None:
+    """Refuse stiffnesses and inertias that vanish or overflow in floating-point numbers."""
+    with np.errstate(all="ignore"):
+        ends = np.array([0.0, 1.0])
+        stiffness, inertia = section.stiffness(ends), section.inertia(ends)
+    for component, name in enumerate(STRAINS):
+        for value in stiffness[:, component]:
+            if not (value > np.finfo(float).tiny and np.isfinite(value)):
+                reader.refuse(
+                    f"a {name} stiffness > 0 and finite, it is {value:g}", "cross_section"
+                )
+    if not (np.all(inertia > np.finfo(float).tiny) and np.all(np.isfinite(inertia))):
+        reader.refuse("a mass and inertia per length > 0 and finite", "cross_section")

@@ -1,0 +1,22 @@
+"""A quantity that varies along a section as a straight line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Taper:
+    """``start`` at x = 0, ``end`` at x = 1, a straight line between them."""
+
+    start: float
+    end: float
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """Return the values at normalised arc lengths x in [0, 1], same shape as x."""
+        x = np.asarray(x, dtype=float)
+        # This form is exact at both ends and gives a constant exactly.
+        return np.where(x < 0.5, self.start + (self.end - self.start) * x,
+                        self.end - (self.end - self.start) * (1.0 - x))  # fmt: skip
