@@ -16,11 +16,12 @@ from soft_sim_ros.scene.pose import Pose
 from soft_sim_ros.scene.reference import Reference
 from soft_sim_ros.scene.section import Section
 from soft_sim_ros.scene.strains import STRAINS
+from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 
 __all__ = [
     "INTEGRATORS", "STRAINS",
     "Actuator", "Basis", "Body", "DistributedLoad", "Initial", "Joint", "JointActuator", "Load",
     "Material", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference", "RigidBody",
-    "Rod", "Scene", "Schedule", "Section", "TendonActuator",
-    "load_scene", "packaged_scenes", "parse_scene",
+    "Rod", "Scene", "Schedule", "Section", "SectionSummary", "TendonActuator",
+    "load_scene", "packaged_scenes", "parse_scene", "summary", "total_mass",
 ]  # fmt: skip

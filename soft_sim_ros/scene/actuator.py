@@ -12,7 +12,7 @@ from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.tendon import HelicalPath, StraightPath, read_path
 
 ANGULAR = ("torsion", "bend_y", "bend_z")
-PULL = Interval.parse("[0, inf]")
+LIMITS = ("limits", "safe")
 
 
 @dataclass(frozen=True)
@@ -93,20 +93,21 @@ def read_actuators(entries: list[Reader], bodies: tuple[Body, ...]) -> tuple[Act
     joints = {body.name for body in bodies if isinstance(body, Joint) and body.kind == "revolute"}
     actuators: list[Actuator] = []
     for reader in entries:
-        with reader:
-            kind = reader.one_of(("moment", "joint_torque", "tendon"))
-            name = reader.name(kind, taken={actuator.name for actuator in actuators})
-            if kind == "moment":
-                actuators.append(_read_moment(reader, name, rods))
-            elif kind == "joint_torque":
-                joint = reader.reference("joint", joints, "revolute joint")
-                actuators.append(JointActuator(name, *_read_limits(reader), joint))
-            else:
-                actuators.append(_read_tendon(reader, name, rods))
+        kind = reader.one_of(("moment", "joint_torque", "tendon"))
+        name = reader.name(kind, taken={actuator.name for actuator in actuators})
+        if kind == "moment":
+            actuators.append(_read_moment(reader, name, rods))
+        elif kind == "joint_torque":
+            reader.only("joint_torque", "joint", *LIMITS)
+            joint = reader.reference("joint", joints, "revolute joint")
+            actuators.append(JointActuator(name, *_read_limits(reader), joint))
+        else:
+            actuators.append(_read_tendon(reader, name, rods))
     return tuple(actuators)
 
 
 def _read_moment(reader: Reader, name: str, rods: dict[str, Rod]) -> MomentActuator:
+    reader.only("moment", "rod", "section", "strain", *LIMITS)
     rod = rods[reader.reference("rod", rods, "rod")]
     section = reader.reference("section", [s.name for s in rod.sections], "section of the rod")
     strain = reader.choice("strain", rod.strains)
@@ -114,6 +115,7 @@ def _read_moment(reader: Reader, name: str, rods: dict[str, Rod]) -> MomentActua
 
 
 def _read_tendon(reader: Reader, name: str, rods: dict[str, Rod]) -> TendonActuator:
+    reader.only("tendon", "rod", "start", "end", "offset", "helix", *LIMITS)
     rod = rods[reader.reference("rod", rods, "rod")]
     start, end = read_span(reader, rod)
     path = read_path(reader, end - start)
@@ -132,7 +134,8 @@ def read_span(reader: Reader, rod: Rod) -> tuple[float, float]:
     start = read_arc_length(reader, "start", rod, default=0.0)
     end = read_arc_length(reader, "end", rod, default=rod.length)
     if not start < end:
-        reader.refuse(f"start < end, they are {start:g} and {end:g}", "start")
+        wrong = "start" if reader.has("start") else "end"
+        reader.refuse(f"start < end, they are {start:g} and {end:g}", wrong)
     return start, end
 
 

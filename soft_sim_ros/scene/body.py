@@ -94,28 +94,32 @@ def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> tuple[
     bodies: list[Body] = []
     taken: set[str] = set()
     for reader in entries:
-        with reader:
-            kind = reader.one_of(("rod", "joint", "rigid_body"))
-            name = reader.name(kind, taken=taken)
-            taken.add(name)
-            if kind == "rod":
-                bodies.append(_read_rod(reader, name, materials))
-            elif kind == "joint":
-                bodies.append(_read_joint(reader, name))
-            else:
-                bodies.append(_read_rigid_body(reader, name))
+        kind = reader.one_of(("rod", "joint", "rigid_body"))
+        name = reader.name(kind, taken=taken)
+        taken.add(name)
+        if kind == "rod":
+            bodies.append(_read_rod(reader, name, materials))
+        elif kind == "joint":
+            bodies.append(_read_joint(reader, name))
+        else:
+            bodies.append(_read_rigid_body(reader, name))
     return tuple(bodies)
 
 
 def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
+    reader.only("rod", "strains", "sections")
     strains = reader.choices("strains", STRAINS)
     sections: list[Section] = []
     for entry in reader.entries("sections", required=True):
         sections.append(read_section(entry, materials, {section.name for section in sections}))
-    return Rod(name, strains, tuple(sections))
+    rod = Rod(name, strains, tuple(sections))
+    if not np.isfinite(rod.length):
+        reader.refuse("sections of a finite length together", "sections")
+    return rod
 
 
 def _read_joint(reader: Reader, name: str) -> Joint:
+    reader.only("joint", "kind", "axis", "offset", "stiffness", "damping")
     kind = reader.choice("kind", JOINT_KINDS)
     offset = read_pose(reader.mapping("offset"))
     if kind == "fixed":
@@ -137,6 +141,7 @@ def _read_joint(reader: Reader, name: str) -> Joint:
 
 
 def _read_rigid_body(reader: Reader, name: str) -> RigidBody:
+    reader.only("rigid_body", "mass", "inertia", "com")
     mass = reader.number("mass", POSITIVE)
     inertia = reader.vector("inertia", 3, NONNEGATIVE, default=(0, 0, 0))
     largest = float(inertia.max())

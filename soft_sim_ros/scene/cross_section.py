@@ -146,18 +146,25 @@ def _ellipse_factor(along: np.ndarray, across: np.ndarray, nu: float) -> np.ndar
     return numerator / ((40 + 37 * nu) + (16 + 10 * nu) * square + nu * square**2)
 
 
+DIMENSIONS = {
+    "circle": ("radius",),
+    "annulus": ("outer", "inner"),
+    "rectangle": ("width_y", "width_z"),
+    "ellipse": ("semi_axis_y", "semi_axis_z"),
+}
+
+
 def read_cross_section(reader: Reader) -> CrossSection:
     """Read ``cross_section`` of a section: ``shape`` and its dimensions."""
-    shapes = ("circle", "annulus", "rectangle", "ellipse")
-    with reader:
-        shape = reader.choice("shape", shapes)
-        if shape == "circle":
-            return Circle(reader.taper("radius", POSITIVE))
-        if shape == "annulus":
-            tube = Annulus(reader.taper("outer", POSITIVE), reader.taper("inner", POSITIVE))
-            if tube.inner.start >= tube.outer.start or tube.inner.end >= tube.outer.end:
-                reader.refuse("inner radii smaller than the outer ones", "inner")
-            return tube
-        if shape == "rectangle":
-            return Rectangle(reader.taper("width_y", POSITIVE), reader.taper("width_z", POSITIVE))
-        return Ellipse(reader.taper("semi_axis_y", POSITIVE), reader.taper("semi_axis_z", POSITIVE))
+    shape = reader.choice("shape", DIMENSIONS)
+    reader.only("shape", *DIMENSIONS[shape])
+    if shape == "circle":
+        return Circle(reader.taper("radius", POSITIVE))
+    if shape == "annulus":
+        tube = Annulus(reader.taper("outer", POSITIVE), reader.taper("inner", POSITIVE))
+        if tube.inner.start >= tube.outer.start or tube.inner.end >= tube.outer.end:
+            reader.refuse("inner radii smaller than the outer ones", "inner")
+        return tube
+    if shape == "rectangle":
+        return Rectangle(reader.taper("width_y", POSITIVE), reader.taper("width_z", POSITIVE))
+    return Ellipse(reader.taper("semi_axis_y", POSITIVE), reader.taper("semi_axis_z", POSITIVE))

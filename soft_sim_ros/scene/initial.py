@@ -36,27 +36,27 @@ def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
         if isinstance(rod, Rod)
         for section in rod.sections
     }
-    with reader:
-        state = reader.choice("state", STATES, default="reference")
-        positions = _read_joint_values(reader.mapping("positions"), joints)
-        velocities = _read_joint_values(reader.mapping("velocities"), joints)
-        strains: dict[str, np.ndarray] = {}
-        with reader.mapping("strains") as by_section:
-            for name, active in sections.items():
-                if by_section.has(name):
-                    strains[name] = _read_offsets(by_section.mapping(name), active)
+    reader.only("state", "positions", "velocities", "strains")
+    state = reader.choice("state", STATES, default="reference")
+    positions = _read_joint_values(reader.mapping("positions"), joints)
+    velocities = _read_joint_values(reader.mapping("velocities"), joints)
+    strains: dict[str, np.ndarray] = {}
+    by_section = reader.mapping("strains").only(*sections)
+    for name, active in sections.items():
+        if by_section.has(name):
+            strains[name] = _read_offsets(by_section.mapping(name), active)
     return Initial(state, positions, velocities, strains)
 
 
 def _read_joint_values(reader: Reader, joints: list[str]) -> dict[str, float]:
-    with reader:
-        return {joint: reader.number(joint) for joint in joints if reader.has(joint)}
+    reader.only(*joints)
+    return {joint: reader.number(joint) for joint in joints if reader.has(joint)}
 
 
 def _read_offsets(reader: Reader, active: tuple[str, ...]) -> np.ndarray:
-    with reader:
-        for strain in set(STRAINS) - set(active):
-            reader.no_effect(strain, "this strain is not among the rod's strains")
-        return frozen([
-            reader.number(strain, default=0.0) if strain in active else 0.0 for strain in STRAINS
-        ])  # fmt: skip
+    reader.only(*STRAINS)
+    for strain in set(STRAINS) - set(active):
+        reader.no_effect(strain, "this strain is not among the rod's strains")
+    return frozen([
+        reader.number(strain, default=0.0) if strain in active else 0.0 for strain in STRAINS
+    ])  # fmt: skip

@@ -13,6 +13,7 @@ from soft_sim_ros.scene.interval import NONNEGATIVE, Interval
 from soft_sim_ros.scene.reader import Reader
 
 FRAMES = ("world", "body")
+COMMON = ("schedule", "force", "moment", "frame")
 
 
 @dataclass(frozen=True)
@@ -83,18 +84,18 @@ def read_loads(entries: list[Reader], bodies: tuple[Body, ...]) -> tuple[Load, .
     """Read ``loads``."""
     loads: list[Load] = []
     for reader in entries:
-        with reader:
-            kind = reader.one_of(("point", "distributed"))
-            name = reader.name(kind, taken={load.name for load in loads})
-            schedule = _read_schedule(reader.mapping("schedule"))
-            read = _read_point if kind == "point" else _read_distributed
-            loads.append(read(reader, name, schedule, bodies))
+        kind = reader.one_of(("point", "distributed"))
+        name = reader.name(kind, taken={load.name for load in loads})
+        schedule = _read_schedule(reader.mapping("schedule"))
+        read = _read_point if kind == "point" else _read_distributed
+        loads.append(read(reader, name, schedule, bodies))
     return tuple(loads)
 
 
 def _read_point(
     reader: Reader, name: str, schedule: Schedule, bodies: tuple[Body, ...]
 ) -> PointLoad:
+    reader.only("point", "body", "s", *COMMON)
     by_name = {body.name: body for body in bodies}
     body = by_name[reader.reference("body", by_name, "body")]
     s = 0.0
@@ -108,6 +109,7 @@ def _read_point(
 def _read_distributed(
     reader: Reader, name: str, schedule: Schedule, bodies: tuple[Body, ...]
 ) -> DistributedLoad:
+    reader.only("distributed", "body", "start", "end", *COMMON)
     rods = {body.name: body for body in bodies if isinstance(body, Rod)}
     rod = rods[reader.reference("body", rods, "rod")]
     start, end = read_span(reader, rod)
@@ -123,10 +125,10 @@ def _read_wrench(reader: Reader) -> tuple[np.ndarray, np.ndarray, str]:
 
 
 def _read_schedule(reader: Reader) -> Schedule:
-    with reader:
-        start = reader.number("start", default=0.0)
-        end = reader.number("end", Interval(start, math.inf, False, True), default=math.inf)
-        ramp = reader.number("ramp", NONNEGATIVE, default=0.0)
-        if 2 * ramp > end - start:
-            reader.refuse(f"at most half the time between start and end, {end - start:g} s", "ramp")
+    reader.only("start", "end", "ramp")
+    start = reader.number("start", default=0.0)
+    end = reader.number("end", Interval(start, math.inf, False, True), default=math.inf)
+    ramp = reader.number("ramp", NONNEGATIVE, default=0.0)
+    if 2 * ramp > end - start:
+        reader.refuse(f"at most half the time between start and end, {end - start:g} s", "ramp")
     return Schedule(start, end, ramp)

@@ -19,6 +19,7 @@ from soft_sim_ros.scene.material import Material, read_material
 from soft_sim_ros.scene.numerics import Numerics, read_numerics
 from soft_sim_ros.scene.pose import Pose, read_pose
 from soft_sim_ros.scene.reader import Reader
+from soft_sim_ros.scene.words import NAME
 
 DEFAULT_SCENE = "soft_arm"
 GRAVITY = (0.0, 0.0, -9.81)
@@ -66,29 +67,45 @@ def load_scene(path_or_name: str | Path) -> Scene:
 def parse_scene(text: str, file: str = "<text>") -> Scene:
     """Make a scene from YAML text; ``file`` is what errors call it."""
     document = Document.parse(text, file)
-    with Reader(document, document.root) as reader:
-        name = reader.name("name", default=re.sub(r"\W|^(?=[\d_])", "s_", Path(file).stem))
-        gravity = reader.vector("gravity", 3, default=GRAVITY)
-        base = read_pose(reader.mapping("base"))
-        materials = _read_materials(reader.mapping("materials"))
-        bodies = read_bodies(reader.entries("bodies", required=True), materials)
-        return Scene(
-            name=name,
-            gravity=gravity,
-            base=base,
-            bodies=bodies,
-            actuators=read_actuators(reader.entries("actuators"), bodies),
-            loads=read_loads(reader.entries("loads"), bodies),
-            initial=read_initial(reader.mapping("initial"), bodies),
-            numerics=read_numerics(reader.mapping("numerics"), bodies),
-            source=text,
-            file=file,
-        )
+    reader = Reader(document, document.root)
+    reader.only(
+        "name",
+        "gravity",
+        "base",
+        "materials",
+        "bodies",
+        "actuators",
+        "loads",
+        "initial",
+        "numerics",
+    )
+    name = reader.name("name", default=_name_of(file))
+    gravity = reader.vector("gravity", 3, default=GRAVITY)
+    base = read_pose(reader.mapping("base"))
+    materials = _read_materials(reader.mapping("materials"))
+    bodies = read_bodies(reader.entries("bodies", required=True), materials)
+    return Scene(
+        name=name,
+        gravity=gravity,
+        base=base,
+        bodies=bodies,
+        actuators=read_actuators(reader.entries("actuators"), bodies),
+        loads=read_loads(reader.entries("loads"), bodies),
+        initial=read_initial(reader.mapping("initial"), bodies),
+        numerics=read_numerics(reader.mapping("numerics"), bodies),
+        source=text,
+        file=file,
+    )
+
+
+def _name_of(file: str) -> str:
+    """Make a valid name out of a file name."""
+    stem = re.sub(r"[^A-Za-z0-9_]", "_", Path(file).stem)
+    return stem if NAME.fullmatch(stem) else f"scene_{stem}"
 
 
 def _read_materials(reader: Reader) -> dict[str, Material]:
-    with reader:
-        return {name: read_material(reader.mapping(name), name) for name in reader.keys()}
+    return {name: read_material(reader.mapping(name), name) for name in reader.keys()}
 
 
 def find_scene(path_or_name: str | Path) -> Path:

@@ -39,18 +39,20 @@ class Material:
 
 def read_material(reader: Reader, name: str) -> Material:
     """Read one entry of ``materials``."""
-    with reader:
-        young = reader.number("young_modulus", POSITIVE)
-        if reader.one_of(("poisson_ratio", "shear_modulus")) == "poisson_ratio":
-            shear = young / (2.0 * (1.0 + reader.number("poisson_ratio", POISSON)))
-        else:
-            shear = reader.number("shear_modulus", POSITIVE)
-            if shear < young / 3.0 * (1.0 - ROUNDING):
-                expected = f"a number >= young_modulus/3 = {young / 3:g} (Poisson's ratio <= 0.5)"
-                reader.refuse(expected, "shear_modulus")
-        density = reader.number("density", POSITIVE)
-        viscosity = reader.number("viscosity", NONNEGATIVE, default=0.0)
-        # By default one retardation time rules all strains, as for a material whose whole
-        # stress relaxes alike; incompressible, this is Trouton's 3·viscosity.
-        axial = reader.number("axial_viscosity", NONNEGATIVE, default=viscosity * (young / shear))
+    reader.only(
+        "young_modulus", "poisson_ratio", "shear_modulus", "density", "viscosity", "axial_viscosity"
+    )
+    young = reader.number("young_modulus", POSITIVE)
+    if reader.one_of(("poisson_ratio", "shear_modulus")) == "poisson_ratio":
+        shear = young / (2.0 * (1.0 + reader.number("poisson_ratio", POISSON)))
+    else:
+        shear = reader.number("shear_modulus", POSITIVE)
+        if shear < young / 3.0 * (1.0 - ROUNDING):
+            expected = f"a number >= young_modulus/3 = {young / 3:g} (Poisson's ratio <= 0.5)"
+            reader.refuse(expected, "shear_modulus")
+    density = reader.number("density", POSITIVE)
+    viscosity = reader.number("viscosity", NONNEGATIVE, default=0.0)
+    # By default one retardation time rules all strains, as for a material whose whole
+    # stress relaxes alike; incompressible, this is Trouton's 3·viscosity.
+    axial = reader.number("axial_viscosity", NONNEGATIVE, default=viscosity * (young / shear))
     return Material(name, young, shear, density, viscosity, axial)

@@ -56,22 +56,21 @@ def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
     """Read ``numerics``."""
     rods = [body for body in bodies if isinstance(body, Rod)]
     active = tuple(s for s in STRAINS if any(s in rod.strains for rod in rods))
-    with reader:
-        basis = _read_basis(reader.mapping("basis"), Basis(), active)
-        bases: dict[str, Basis] = {}
-        with reader.mapping("rods") as overrides:
-            for rod in rods:
-                overrides.has(rod.name)
-                bases[rod.name] = _read_basis(overrides.mapping(rod.name), basis, rod.strains)
-        return Numerics(
-            step=_read_step(reader),
-            integrator=reader.choice("integrator", INTEGRATORS, default="sdirk2"),
-            options=_read_options(reader.mapping("options")),
-            tolerance=reader.number("tolerance", Interval.parse("(0, 1)"), default=1e-9),
-            max_iterations=reader.whole("max_iterations", Interval.parse("[1, 1000]"), default=20),
-            basis=basis,
-            rods=bases,
-        )
+    reader.only("step", "integrator", "options", "tolerance", "max_iterations", "basis", "rods")
+    basis = _read_basis(reader.mapping("basis"), Basis(), active)
+    bases: dict[str, Basis] = {}
+    overrides = reader.mapping("rods").only(*(rod.name for rod in rods))
+    for rod in rods:
+        bases[rod.name] = _read_basis(overrides.mapping(rod.name), basis, rod.strains)
+    return Numerics(
+        step=_read_step(reader),
+        integrator=reader.choice("integrator", INTEGRATORS, default="sdirk2"),
+        options=_read_options(reader.mapping("options")),
+        tolerance=reader.number("tolerance", Interval.parse("(0, 1)"), default=1e-9),
+        max_iterations=reader.whole("max_iterations", Interval.parse("[1, 1000]"), default=20),
+        basis=basis,
+        rods=bases,
+    )
 
 
 def _read_step(reader: Reader) -> float:
@@ -84,25 +83,25 @@ def _read_step(reader: Reader) -> float:
 
 
 def _read_options(reader: Reader) -> dict[str, float]:
-    with reader:
-        return {key: reader.number(key) for key in reader.keys()}
+    return {key: reader.number(key) for key in reader.keys()}
 
 
 def _read_basis(reader: Reader, default: Basis, strains: tuple[str, ...]) -> Basis:
     """Read a basis; what is absent comes from ``default``."""
-    with reader:
-        kind = reader.choice("kind", BASES, default=default.kind)
-        order = {strain: default.order[strain] for strain in strains}
-        if kind in FIXED_ORDER:
-            reader.no_effect("order", f"a {kind} basis has a fixed order")
-            order = dict.fromkeys(strains, FIXED_ORDER[kind])
-        elif reader.has("order"):
-            order.update(_read_order(reader, strains))
-        elements = reader.whole("elements", Interval(1, MAX_ELEMENTS, True, True), default.elements)
-        nodes = default.nodes
-        if reader.has("nodes"):
-            automatic = not reader.is_list("nodes") and reader.word("nodes") == "auto"
-            nodes = None if automatic else reader.whole("nodes", Interval.parse("[2, 100]"))
+    reader.only("kind", "order", "elements", "nodes")
+    kind = reader.choice("kind", BASES, default=default.kind)
+    inherited = DEFAULT_ORDER if default.kind in FIXED_ORDER else default.order
+    order = {strain: inherited[strain] for strain in strains}
+    if kind in FIXED_ORDER:
+        reader.no_effect("order", f"a {kind} basis has a fixed order")
+        order = dict.fromkeys(strains, FIXED_ORDER[kind])
+    elif reader.has("order"):
+        order.update(_read_order(reader, strains))
+    elements = reader.whole("elements", Interval(1, MAX_ELEMENTS, True, True), default.elements)
+    nodes = default.nodes
+    if reader.has("nodes"):
+        automatic = reader.says("nodes", "auto")
+        nodes = None if automatic else reader.whole("nodes", Interval.parse("[2, 100]"))
     return Basis(kind, order, elements, nodes)
 
 
@@ -110,8 +109,8 @@ def _read_order(reader: Reader, strains: tuple[str, ...]) -> dict[str, int]:
     allowed = Interval(0, MAX_ORDER, True, True)
     if not reader.is_mapping("order"):
         return dict.fromkeys(strains, reader.whole("order", allowed))
-    with reader.mapping("order") as orders:
-        for strain in STRAINS:
-            if strain not in strains:
-                orders.no_effect(strain, "this strain is not active, its order has no effect")
-        return {s: orders.whole(s, allowed) for s in strains if orders.has(s)}
+    orders = reader.mapping("order").only(*STRAINS)
+    for strain in STRAINS:
+        if strain not in strains:
+            orders.no_effect(strain, "this strain is not active, its order has no effect")
+    return {s: orders.whole(s, allowed) for s in strains if orders.has(s)}

@@ -22,16 +22,16 @@ IDENTITY = Pose(frozen((0, 0, 0)), frozen((0, 0, 0, 1)))
 
 def read_pose(reader: Reader) -> Pose:
     """Read ``position`` and one of ``rpy``, ``quaternion``; what is absent is zero."""
-    with reader:
-        position = reader.vector("position", 3, default=(0, 0, 0))
-        if reader.one_of(("rpy", "quaternion"), default="rpy") == "rpy":
-            quaternion = quaternion_from_rpy(reader.vector("rpy", 3, default=(0, 0, 0)))
-        else:
-            quaternion = reader.vector("quaternion", 4)
-            norm = float(np.linalg.norm(quaternion))
-            if not abs(norm - 1.0) < 1e-3:
-                reader.refuse(f"a unit quaternion [x, y, z, w], its norm is {norm:g}", "quaternion")
-            quaternion = quaternion / norm
+    reader.only("position", "rpy", "quaternion")
+    position = reader.vector("position", 3, default=(0, 0, 0))
+    if reader.one_of(("rpy", "quaternion"), default="rpy") == "rpy":
+        quaternion = quaternion_from_rpy(reader.vector("rpy", 3, default=(0, 0, 0)))
+    else:
+        quaternion = reader.vector("quaternion", 4)
+        norm = float(np.linalg.norm(quaternion))
+        if not abs(norm - 1.0) < 1e-3:
+            reader.refuse(f"a unit quaternion [x, y, z, w], its norm is {norm:g}", "quaternion")
+        quaternion = quaternion / norm
     return Pose(position, frozen(quaternion))
 
 

@@ -1,21 +1,18 @@
-"""Reads one mapping of a scene: every key asked for once, converted, checked, or refused by name.
+"""Reads one mapping of a scene: known keys only, every value converted and checked.
 
 Reading a mapping is a list of declarations::
 
-    with reader:
-        length = reader.number("length", POSITIVE)
-        kind = reader.choice("frame", ("world", "body"), default="world")
+    reader.only("length", "frame")
+    length = reader.number("length", POSITIVE)
+    frame = reader.choice("frame", ("world", "body"), default="world")
 
-On leaving the ``with`` block, keys that nobody asked for are errors.
+Whatever is wrong becomes a SceneError with file, line, key path, value and what was expected.
 """
 
 from __future__ import annotations
 
-import difflib
 import math
-import re
 from collections.abc import Collection, Sequence
-from types import TracebackType
 from typing import Any, NoReturn
 
 import numpy as np
@@ -25,8 +22,8 @@ from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene.document import MERGE, Document, is_null
 from soft_sim_ros.scene.interval import FINITE, Interval
 from soft_sim_ros.scene.taper import Taper
+from soft_sim_ros.scene.words import NAME, misspelt, nearest, to_number
 
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 REQUIRED: Any = object()
 
 
@@ -35,31 +32,21 @@ class Reader:
 
     def __init__(self, document: Document, node: yaml.Node, path: str = "") -> None:
         self.document, self.node, self.path = document, node, path
-        self._known: list[str] = []
         if not isinstance(node, yaml.MappingNode) and not is_null(node):
             self.refuse("a mapping (key: value)")
         self._pairs = self._collect(node) if isinstance(node, yaml.MappingNode) else {}
 
-    def __enter__(self) -> Reader:
-        """Begin to read."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Refuse unknown keys, unless something worse has been found already."""
-        if kind is None:
-            self.done()
-
     # -- what is there ---------------------------------------------------------------------
 
+    def only(self, *known: str) -> Reader:
+        """Refuse keys that are not known here, naming the nearest one that is."""
+        for key in self._pairs:
+            if key not in known:
+                self.refuse(f"a known key, {nearest(key, known)}", key)
+        return self
+
     def has(self, key: str) -> bool:
-        """Tell whether a key is written (and make it a known key)."""
-        if key not in self._known:
-            self._known.append(key)
+        """Tell whether a key is written."""
         return key in self._pairs
 
     def keys(self) -> list[str]:
@@ -72,20 +59,15 @@ class Reader:
         if len(found) > 1:
             self.refuse(f"only one of {' and '.join(found)}", found[1])
         if not found and default is None:
-            self._refuse_misspelt(keys)
-            self.refuse(f"one of the keys {', '.join(keys)}")
+            wrong = misspelt(keys, self._pairs)
+            expected = f"one of the keys {', '.join(keys)}"
+            self.refuse(f"a known key, {nearest(wrong, keys)}" if wrong else expected, wrong)
         return found[0] if found else str(default)
 
     def no_effect(self, key: str, why: str) -> None:
         """Refuse a key that would be ignored."""
         if self.has(key):
             self.refuse(f"no such key: {why}", key)
-
-    def done(self) -> None:
-        """Refuse keys that nobody asked for, naming the nearest known key."""
-        for key in self._pairs:
-            if key not in self._known:
-                self.refuse(f"a known key, {_nearest(key, self._known)}", key)
 
     # -- values ----------------------------------------------------------------------------
 
@@ -128,29 +110,30 @@ class Reader:
         path = self._at(key)
         return tuple(self._taper(n, FINITE, f"{path}[{i}]") for i, n in enumerate(items))
 
-    def word(self, key: str, default: Any = REQUIRED) -> Any:
+    def word(self, key: str, default: Any = REQUIRED, expected: str = "a text") -> Any:
         """Return a text."""
-        node = self._find(key, default, "a text")
+        node = self._find(key, default, expected)
         if node is None:
             return default
         if not isinstance(node, yaml.ScalarNode) or is_null(node):
-            self.refuse("a text", key)
+            self.refuse(expected, key)
         return node.value
 
     def name(self, key: str, default: Any = REQUIRED, taken: Collection[str] = ()) -> Any:
         """Return a new name: letters, digits and underscores, not yet taken."""
-        name = self.word(key, default)
+        expected = "a name of letters, digits and _ that starts with a letter"
+        name = self.word(key, default, expected)
         if not NAME.fullmatch(name):
-            self.refuse("a name of letters, digits and _ that starts with a letter", key)
+            self.refuse(expected, key)
         if name in taken:
             self.refuse("a name that is not used twice", key)
         return name
 
     def choice(self, key: str, options: Collection[str], default: Any = REQUIRED) -> Any:
         """Return one of some fixed words."""
-        word = self.word(key, default)
+        word = self.word(key, default, nearest("", options))
         if key in self._pairs and word not in options:
-            self.refuse(_nearest(word, options), key)
+            self.refuse(nearest(word, options), key)
         return word
 
     def choices(self, key: str, options: Sequence[str]) -> tuple[str, ...]:
@@ -162,7 +145,7 @@ class Reader:
         words = [item.value if isinstance(item, yaml.ScalarNode) else "" for item in items]
         for i, (word, item) in enumerate(zip(words, items, strict=True)):
             if word not in options:
-                self._refuse_node(item, f"{self._at(key)}[{i}]", _nearest(word, options))
+                self._refuse_node(item, f"{self._at(key)}[{i}]", nearest(word, options))
             if word in words[:i]:
                 self._refuse_node(item, f"{self._at(key)}[{i}]", "every word only once")
         if not words:
@@ -173,9 +156,9 @@ class Reader:
         self, key: str, known: Collection[str], what: str, default: Any = REQUIRED
     ) -> Any:
         """Return the name of something defined elsewhere in the scene."""
-        name = self.word(key, default)
+        name = self.word(key, default, f"the name of a {what}, {nearest('', known)}")
         if name not in known:
-            self.refuse(f"the name of a {what}, {_nearest(name, known)}", key)
+            self.refuse(f"the name of a {what}, {nearest(name, known)}", key)
         return name
 
     def mapping(self, key: str, required: bool = False) -> Reader:
@@ -194,6 +177,10 @@ class Reader:
         if required and not items:
             self.refuse(expected, key)
         return [Reader(self.document, item, f"{path}[{i}]") for i, item in enumerate(items)]
+
+    def says(self, key: str, word: str) -> bool:
+        """Tell whether the value of a key is a certain word."""
+        return self.has(key) and getattr(self._pairs[key][1], "value", None) == word
 
     def is_list(self, key: str) -> bool:
         """Tell whether the value of a key is a list."""
@@ -216,12 +203,6 @@ class Reader:
     def _refuse_node(self, node: yaml.Node, path: str, expected: str) -> NoReturn:
         document = self.document
         raise SceneError(document.file, path, document.quote(node), expected, self._line(node))
-
-    def _refuse_misspelt(self, wanted: Sequence[str]) -> None:
-        """Before saying that a key is missing, look whether it is there under a wrong name."""
-        for key in self._pairs:
-            if key not in self._known and difflib.get_close_matches(key, wanted, 1, 0.7):
-                self.refuse(f"a known key, {_nearest(key, wanted)}", key)
 
     @staticmethod
     def _line(node: yaml.Node) -> int:
@@ -256,7 +237,6 @@ class Reader:
         if self.has(key):
             return self._pairs[key][1]
         if default is REQUIRED:
-            self._refuse_misspelt([key])
             self.refuse(expected, key)
         return None
 
@@ -268,14 +248,7 @@ class Reader:
         return list(node.value)
 
     def _number(self, node: yaml.Node, within: Interval, path: str) -> float:
-        # Plain words only: a quoted "1" is a text. float() takes 1e6, which YAML 1.1 does not,
-        # and refuses on, yes, 1:30 and 0x10.
-        plain = isinstance(node, yaml.ScalarNode) and node.style is None
-        try:
-            value = float(re.sub(r"^([+-]?)\.(inf|nan)$", r"\1\2", node.value.lower(), count=1)
-                          if plain else "text")  # fmt: skip
-        except ValueError:
-            value = math.nan
+        value = to_number(node)
         if math.isnan(value) or value not in within:
             self._refuse_node(node, path, f"a number {within}")
         return value
@@ -295,12 +268,3 @@ def frozen(values: Any) -> np.ndarray:
     array = np.array(values, dtype=float)
     array.setflags(write=False)
     return array
-
-
-def _nearest(word: str, known: Collection[str]) -> str:
-    """Say which known word is nearest, and all of them if they are few."""
-    close = difflib.get_close_matches(word, list(known), 1, 0.6)
-    if not known:
-        return "but there is none"
-    listed = f"one of {', '.join(known)}"
-    return f"{listed} (did you mean {close[0]}?)" if close else listed

@@ -28,9 +28,9 @@ class Reference:
 
 def read_reference(reader: Reader) -> Reference:
     """Read ``reference`` of a section; what is absent is straight."""
-    with reader:
-        return Reference(
-            curvature=reader.tapers("curvature", 3, default=0.0),
-            stretch=reader.taper("stretch", POSITIVE, default=1.0),
-            shear=reader.tapers("shear", 2, default=0.0),
-        )
+    reader.only("curvature", "stretch", "shear")
+    return Reference(
+        curvature=reader.tapers("curvature", 3, default=0.0),
+        stretch=reader.taper("stretch", POSITIVE, default=1.0),
+        shear=reader.tapers("shear", 2, default=0.0),
+    )

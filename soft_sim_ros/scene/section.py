@@ -73,15 +73,15 @@ class Section:
 
 def read_section(reader: Reader, materials: dict[str, Material], taken: set[str]) -> Section:
     """Read one entry of ``sections`` of a rod."""
-    with reader:
-        section = Section(
-            name=reader.name("name", taken=taken),
-            length=reader.number("length", POSITIVE),
-            material=materials[reader.reference("material", materials, "material")],
-            cross_section=read_cross_section(reader.mapping("cross_section", required=True)),
-            reference=read_reference(reader.mapping("reference")),
-            shear_correction=_read_shear_correction(reader),
-        )
+    reader.only("name", "length", "material", "cross_section", "reference", "shear_correction")
+    section = Section(
+        name=reader.name("name", taken=taken),
+        length=reader.number("length", POSITIVE),
+        material=materials[reader.reference("material", materials, "material")],
+        cross_section=read_cross_section(reader.mapping("cross_section", required=True)),
+        reference=read_reference(reader.mapping("reference")),
+        shear_correction=_read_shear_correction(reader),
+    )
     _check_representable(reader, section)
     return section
 

@@ -57,18 +57,18 @@ class HelicalPath:
 def read_path(reader: Reader, length: float) -> StraightPath | HelicalPath:
     """Read ``offset`` or ``helix`` of a tendon of some length in m."""
     if reader.one_of(("offset", "helix")) == "helix":
-        with reader.mapping("helix") as helix:
-            radius = helix.taper("radius", NONNEGATIVE)
-            angle = helix.number("angle", default=0.0)
-            if helix.one_of(("turns", "pitch")) == "turns":
-                return HelicalPath(radius, angle, helix.number("turns"))
-            pitch = helix.number("pitch")
-            if pitch == 0.0 or not math.isfinite(length / pitch):
-                helix.refuse("a number other than 0 (m of arc length per turn)", "pitch")
-            return HelicalPath(radius, angle, length / pitch)
+        helix = reader.mapping("helix").only("radius", "angle", "turns", "pitch")
+        radius = helix.taper("radius", NONNEGATIVE)
+        angle = helix.number("angle", default=0.0)
+        if helix.one_of(("turns", "pitch")) == "turns":
+            return HelicalPath(radius, angle, helix.number("turns"))
+        pitch = helix.number("pitch")
+        if pitch == 0.0 or not math.isfinite(length / pitch):
+            helix.refuse("a number other than 0 (m of arc length per turn)", "pitch")
+        return HelicalPath(radius, angle, length / pitch)
     if reader.is_mapping("offset"):
-        with reader.mapping("offset") as ends:
-            first, last = ends.vector("from", 2), ends.vector("to", 2)
+        ends = reader.mapping("offset").only("from", "to")
+        first, last = ends.vector("from", 2), ends.vector("to", 2)
     else:
         first = last = reader.vector("offset", 2)
     (y0, z0), (y1, z1) = first.tolist(), last.tolist()
