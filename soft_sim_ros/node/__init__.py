@@ -1,0 +1,10 @@
+"""The only room where rclpy lives: the simulator node and the player of recordings."""
+
+from __future__ import annotations
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the simulator node until it is stopped; the result is the exit code."""
+    from soft_sim_ros.node.simulate import main as simulate
+
+    return simulate(args)

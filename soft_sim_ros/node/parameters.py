@@ -1,0 +1,204 @@
+"""The node's parameters: one table, and how the table becomes declared parameters and settings."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.parameter import Parameter
+
+from soft_sim_ros.errors import SoftSimError
+
+
+class ParameterError(SoftSimError):
+    """One or more parameters cannot be used; the message has one line for each."""
+
+    def __init__(self, lines: list[str]) -> None:
+        super().__init__(lines)
+        self.lines = tuple(lines)
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One parameter. The type of ``default`` is the type of the parameter."""
+
+    name: str
+    default: str | bool | int | float
+    description: str
+    low: float | None = None
+    high: float | None = None
+    live: bool = False
+
+    @property
+    def type_name(self) -> str:
+        """Type as users of parameter files call it."""
+        kinds = {str: "string", bool: "boolean", int: "integer", float: "number"}
+        return kinds[type(self.default)]
+
+    def descriptor(self) -> ParameterDescriptor:
+        """ROS descriptor with range and read-only flag."""
+        result = ParameterDescriptor(description=self.description, read_only=not self.live)
+        if self.low is not None and self.high is not None:
+            if isinstance(self.default, float):
+                result.floating_point_range = [
+                    FloatingPointRange(from_value=float(self.low), to_value=float(self.high))
+                ]
+            else:
+                result.integer_range = [
+                    IntegerRange(from_value=int(self.low), to_value=int(self.high), step=1)
+                ]
+        return result
+
+    def accept(self, value: object) -> str | bool | int | float:
+        """``value`` with this parameter's type, or a ValueError that says what is expected."""
+        kind = type(self.default)
+        if kind is float and type(value) is int:
+            value = float(value)
+        if type(value) is not kind:
+            raise ValueError(f"{self.name} = {value!r}: expected a {self.type_name}")
+        if self.low is not None and self.high is not None:
+            assert isinstance(value, int | float)
+            if not (math.isfinite(value) and self.low <= value <= self.high):
+                raise ValueError(f"{self.name} = {value!r}: expected {self.low:g} to {self.high:g}")
+        return value  # type: ignore[return-value]
+
+
+TABLE = (
+    Row("scene", "soft_arm", "scene file, or the name of one in the package's config folder"),
+    Row("record", "", "directory of the recording, which must not exist yet; empty = none"),
+    Row(
+        "real_time_factor",
+        1.0,
+        "simulated seconds per second; 0 = as fast as possible",
+        0.0,
+        1000.0,
+        live=True,
+    ),
+    Row("publish_rate", 100.0, "state messages per simulated second, Hz", 0.1, 10000.0),
+    Row(
+        "control_rate",
+        500.0,
+        "how often commands are taken up, per simulated second, Hz; 0 = every step",
+        0.0,
+        100000.0,
+    ),
+    Row(
+        "command_timeout",
+        1.0,
+        "simulated seconds for which a command is held; 0 = for ever",
+        0.0,
+        1.0e6,
+    ),
+    Row(
+        "command_ramp",
+        0.5,
+        "simulated seconds from the last command to the scene's safe effort after a timeout",
+        0.0,
+        1.0e6,
+    ),
+    Row("frame_id", "world", "frame of poses, and of external wrenches that do not say 'tip'"),
+    Row("poses", 51, "number of backbone poses, base to tip", 2, 10000),
+    Row("publish_clock", True, "publish /clock: exactly one node of a graph may own time"),
+    Row("publish_tf", False, "publish the tip frame on /tf (needs tf2_msgs)"),
+    Row("start_paused", False, "wait for ~/pause or ~/step before the first step"),
+    Row("step_count", 0, "steps of one ~/step; 0 = one publish period", 0, 1000000, live=True),
+    Row("exit_on_error", False, "end when the solver gives up, instead of holding the last state"),
+)
+ROWS = {row.name: row for row in TABLE}
+# Overrides under these names belong to rclpy itself.
+_RCLPY = ("use_sim_time", "start_type_description_service")
+_QOS = "qos_overrides."
+
+
+class Settings(SimpleNamespace):
+    """Values of all parameters at the start, as attributes."""
+
+
+def declare(node) -> Settings:
+    """Declare the table on ``node``, give the values; all faults come in one ParameterError."""
+    overrides = {name: p.value for name, p in node._parameter_overrides.items()}
+    faults = [
+        _unknown(name)
+        for name in overrides
+        if name not in ROWS and name not in _RCLPY and not name.startswith(_QOS)
+    ]
+    values = {}
+    for row in TABLE:
+        try:
+            values[row.name] = row.accept(overrides.get(row.name, row.default))
+        except ValueError as error:
+            faults.append(str(error))
+    if values.get("frame_id") in ("", "tip"):
+        faults.append(
+            f"frame_id = {values['frame_id']!r}: expected a frame other than '' and 'tip', "
+            "which external wrenches give another meaning"
+        )
+    if faults:
+        raise ParameterError(faults)
+    # The overrides are in the values already, and as whole numbers rclpy would refuse them.
+    for row in TABLE:
+        node.declare_parameter(row.name, values[row.name], row.descriptor(), ignore_override=True)
+    node.add_pre_set_parameters_callback(_whole_numbers_are_numbers)
+    return Settings(**values)
+
+
+def check_qos_overrides(node) -> None:
+    """Refuse ``qos_overrides`` of topics or policies that this node does not offer."""
+    known = [name for name in node._parameters if name.startswith(_QOS)]
+    faults = [
+        _unknown(name, known)
+        for name in node._parameter_overrides
+        if name.startswith(_QOS) and name not in known
+    ]
+    if faults:
+        raise ParameterError(faults)
+
+
+def on_change(node, apply) -> None:
+    """Call ``apply(name, value)`` for every live parameter that is changed to a usable value."""
+
+    def validate(parameters: list[Parameter]) -> SetParametersResult:
+        for parameter in parameters:
+            if parameter.name in ROWS:
+                try:
+                    ROWS[parameter.name].accept(parameter.value)
+                except ValueError as error:
+                    return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def changed(parameters: list[Parameter]) -> None:
+        for parameter in parameters:
+            if parameter.name in ROWS:
+                apply(parameter.name, parameter.value)
+
+    node.add_on_set_parameters_callback(validate)
+    node.add_post_set_parameters_callback(changed)
+
+
+def _whole_numbers_are_numbers(parameters: list[Parameter]) -> list[Parameter]:
+    """Let ``ros2 param set … real_time_factor 1`` mean 1.0."""
+    return [
+        Parameter(p.name, Parameter.Type.DOUBLE, float(p.value))
+        if p.type_ == Parameter.Type.INTEGER
+        and p.name in ROWS
+        and isinstance(ROWS[p.name].default, float)
+        else p
+        for p in parameters
+    ]
+
+
+def _unknown(name: str, known: list[str] | None = None) -> str:
+    near = difflib.get_close_matches(name, known or [*ROWS, *_RCLPY], n=1, cutoff=0.0)
+    hint = f"; the nearest known one is {near[0]!r}" if near else ""
+    return f"unknown parameter {name!r}{hint}"

@@ -1,0 +1,324 @@
+"""The thread that owns the simulation: it takes up orders, steps, and hands out bytes."""
+
+from __future__ import annotations
+
+import threading
+import time
+import traceback
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from soft_sim_ros.core.inputs import Inputs, Order
+from soft_sim_ros.errors import Diverged
+from soft_sim_ros.node.clock import Pacer
+from soft_sim_ros.node.timing import StepCosts
+from soft_sim_ros.recording.cdr import encode_string
+from soft_sim_ros.recording.telemetry import LEDGER
+
+Answer = tuple[bool, str]
+_RESIDUAL = LEDGER.index("residual")
+_LEDGER_PERIOD_NS = 500_000_000
+
+
+class Outlet(Protocol):
+    """Where messages go while somebody listens."""
+
+    def wanted(self, key: str) -> bool:
+        """Whether anybody listens to this topic."""
+
+    def send(self, key: str, data: bytes) -> None:
+        """Publish the bytes of one message."""
+
+    def tick(self, time_ns: int) -> None:
+        """Say that everything up to this simulation time has been sent."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Step counts between the instants of a run, from its rates (Hz) and step (ns)."""
+
+    publish: int
+    control: int
+
+    @classmethod
+    def of(cls, step_ns: int, publish_rate: float, control_rate: float) -> Grid:
+        """Nearest whole numbers of steps, at least one; control rate 0 = every step."""
+        step = step_ns * 1e-9
+        control = 1.0 if control_rate == 0.0 else 1.0 / (control_rate * step)
+        return cls(max(1, round(1.0 / (publish_rate * step))), max(1, round(control)))
+
+    def steps_from(self, index: int) -> int:
+        """Steps from step ``index`` to the next instant of either kind."""
+        return min(self.publish - index % self.publish, self.control - index % self.control)
+
+
+@dataclass
+class _Request:
+    action: Callable[[], Answer]
+    answer: Answer = (False, "the simulation has ended")
+    done: threading.Event = field(default_factory=threading.Event)
+
+
+class Physics:
+    """Runs a simulation in real time, or faster, or slower, in a thread of its own.
+
+    Nothing else touches the simulation while the thread runs. Orders and requests wait in one queue
+    and are carried out in order of arrival between two steps.
+
+    Parameters
+    ----------
+    inputs : Inputs
+        Orders of the simulation to be run.
+    telemetry : Telemetry
+        Builds the bytes of every outgoing message.
+    outlet : Outlet
+        Publishes bytes.
+    log : BagWriter or None
+        Records bytes.
+    grid : Grid
+        When to publish and to take up orders.
+    pacer : Pacer
+        When in the real world.
+    paused : bool
+        Whether to wait for a request before the first step.
+    exit_on_error : bool
+        Whether to end when the solver gives up.
+    complain : callable
+        Told in words what goes wrong.
+    """
+
+    def __init__(
+        self,
+        inputs: Inputs,
+        telemetry,
+        outlet: Outlet,
+        log,
+        grid: Grid,
+        pacer: Pacer,
+        *,
+        paused: bool = False,
+        exit_on_error: bool = False,
+        complain: Callable[[str], None] = print,
+    ):
+        self.simulation = inputs.simulation
+        self.inputs, self.outlet, self.log, self.grid, self.pacer = inputs, outlet, log, grid, pacer
+        self.paused = paused
+        self.costs = StepCosts()
+        self.diverged: str | None = None
+        self.last_error: str | None = None
+        self.failure: str | None = None
+        self.residual = 0.0
+        self.ran_ns = self.running_ns = 0  # simulated and real time while not paused
+        self._builders = [(t.key, getattr(telemetry, t.key)) for t in telemetry.topics]
+        self._exit_on_error, self._complain = exit_on_error, complain
+        self._inbox: deque[_Request | tuple[str, Order, bytes]] = deque()
+        self._wake = threading.Event()
+        self._stop = threading.Event()
+        self._ledger_due_ns = 0
+        self._thread = threading.Thread(target=self._main, name="physics", daemon=True)
+
+    # From other threads.
+
+    def start(self) -> None:
+        """Start the thread; the initial state is sent at once."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Ask the thread to end after the step it is in; safe in a signal handler."""
+        self._stop.set()
+        self._wake.set()
+
+    def join(self) -> None:
+        """Wait for the end of the thread."""
+        if self._thread.ident is not None:
+            self._thread.join()
+
+    @property
+    def alive(self) -> bool:
+        """Whether the thread still runs."""
+        return self._thread.is_alive()
+
+    @property
+    def command_age(self) -> float:
+        """Simulated s since the last order was taken up; nan without any."""
+        last = self.inputs.last_order_ns
+        return np.nan if last is None else (self.simulation.time_ns - last) * 1e-9
+
+    def submit(self, key: str, order: Order, data: bytes) -> None:
+        """Queue an order with the bytes of its message, for the next instant of control."""
+        self._inbox.append((key, order, data))
+        self._wake.set()
+
+    def pause(self, pause: bool) -> Answer:
+        """Stop at the next instant of control, or go on; the answer comes when it is done."""
+        return self._ask(lambda: self._set_paused(pause))
+
+    def step(self, steps: int) -> Answer:
+        """Advance a paused simulation by ``steps``, without waiting for deadlines."""
+        return self._ask(lambda: self._single_steps(steps))
+
+    def reset(self) -> Answer:
+        """Go back to the initial state, with safe efforts; time goes on."""
+        return self._ask(self._reset)
+
+    def _ask(self, action: Callable[[], Answer]) -> Answer:
+        request = _Request(action)
+        self._inbox.append(request)
+        self._wake.set()
+        while not request.done.wait(0.1):
+            if not self.alive:
+                break
+        return request.answer
+
+    # In the thread.
+
+    def _main(self) -> None:
+        try:
+            self._run()
+        except Exception as error:  # whatever it is, the node must hear of it and end
+            self.failure = f"{type(error).__name__}: {error}"
+            self.last_error = self.failure
+            self._complain(f"the physics thread failed:\n{traceback.format_exc()}")
+
+    def _run(self) -> None:
+        self._emit()
+        before = time.monotonic_ns()
+        while not self._stop.is_set():
+            self._take_up()
+            if self.paused:
+                self._wake.wait()
+                self._wake.clear()
+                before = time.monotonic_ns()
+                continue
+            start_ns = self.simulation.time_ns
+            if self._advance(self.grid.steps_from(self.simulation.step_index)):
+                self.pacer.wait(self.simulation.time_ns, self._in_a_hurry)
+                if self.simulation.step_index % self.grid.publish == 0:
+                    self._emit()
+            now = time.monotonic_ns()
+            self.running_ns += now - before
+            self.ran_ns += self.simulation.time_ns - start_ns
+            before = now
+        self._look_at_ledger()
+
+    def _in_a_hurry(self) -> bool:
+        return bool(self._inbox) or self._stop.is_set()
+
+    def _take_up(self) -> None:
+        while self._inbox:
+            item = self._inbox.popleft()
+            if isinstance(item, _Request):
+                try:
+                    item.answer = item.action()
+                finally:
+                    item.done.set()
+            else:
+                key, order, data = item
+                self.inputs.take(order)
+                if self.log is not None:
+                    self.log.write(key, self.simulation.time_ns, data)
+
+    def _advance(self, steps: int) -> bool:
+        """Advance by ``steps``; False if the solver gave up at the last good state."""
+        first = self.simulation.step_index
+        begin = time.perf_counter_ns()
+        error = None
+        try:
+            self.inputs.advance(steps)
+        except Diverged as caught:
+            error = caught
+        end = time.perf_counter_ns()
+        made = self.simulation.step_index - first
+        if made:
+            self.costs.add(made, end - begin, self.simulation.time_ns)
+        for time_ns, text in self.inputs.take_events():
+            self._event(text, time_ns)
+        if error is not None:
+            self._give_up(error)
+        return error is None
+
+    def _give_up(self, error: Diverged) -> None:
+        self.diverged = self.last_error = str(error)
+        self.paused = True
+        self._emit()
+        self._event(f"diverged: {error}")
+        if self._exit_on_error:
+            self._complain(f"the solver gave up {error}; ending, as exit_on_error says")
+            self._stop.set()
+        else:
+            self._complain(
+                f"the solver gave up {error}; holding the last good state, ~/reset starts again"
+            )
+
+    def _emit(self) -> None:
+        """Send and record the present state: build nothing that nobody wants."""
+        time_ns = self.simulation.time_ns
+        for key, build in self._builders:
+            wanted = self.outlet.wanted(key)
+            if wanted or self.log is not None:
+                data = build()
+                if wanted:
+                    self.outlet.send(key, data)
+                if self.log is not None:
+                    self.log.write(key, time_ns, data)
+        self.outlet.tick(time_ns)
+        if self.log is not None and self.pacer.factor == 0.0:
+            self.log.wait_for_room(1.0)  # nobody waits for us, so nothing need be dropped
+        now = time.monotonic_ns()
+        if now >= self._ledger_due_ns:
+            self._ledger_due_ns = now + _LEDGER_PERIOD_NS
+            self._look_at_ledger()
+
+    def _look_at_ledger(self) -> None:
+        self.residual = float(np.asarray(self.simulation.ledger())[_RESIDUAL])
+
+    def _event(self, text: str, time_ns: int | None = None) -> None:
+        data = encode_string(text)
+        self.outlet.send("events", data)
+        if self.log is not None:
+            self.log.write("events", self.simulation.time_ns if time_ns is None else time_ns, data)
+
+    def _set_paused(self, pause: bool) -> Answer:
+        if pause == self.paused:
+            return True, "already paused" if pause else "already running"
+        if not pause and self.diverged:
+            return False, f"the solver gave up {self.diverged}: call ~/reset first"
+        self.paused = pause
+        if pause:
+            self._emit()
+        self._event("pause" if pause else "resume")
+        self.pacer.restart()
+        return True, f"{'paused' if pause else 'running'} at t = {self.simulation.time:.9g} s"
+
+    def _single_steps(self, steps: int) -> Answer:
+        if not self.paused:
+            return False, "not paused: ~/step advances a paused simulation"
+        if self.diverged:
+            return False, f"the solver gave up {self.diverged}: call ~/reset first"
+        self._event("step")
+        last = self.simulation.step_index + steps
+        while (left := last - self.simulation.step_index) > 0:
+            if self._stop.is_set():
+                return False, f"ended {left} steps early"
+            if not self._advance(min(left, self.grid.steps_from(self.simulation.step_index))):
+                return False, f"the solver gave up {self.diverged}"
+            if self.simulation.step_index % self.grid.publish == 0:
+                self._emit()
+        if last % self.grid.publish:
+            self._emit()
+        return True, f"{steps} steps, now at t = {self.simulation.time:.9g} s"
+
+    def _reset(self) -> Answer:
+        self.inputs.reset()
+        was_diverged, self.diverged = self.diverged is not None, None
+        self._event("reset")
+        self._emit()
+        if was_diverged:
+            self.paused = False
+            self._event("resume")
+        self.pacer.restart()
+        return True, f"initial state at t = {self.simulation.time:.9g} s"

@@ -1,0 +1,44 @@
+"""The services of the node: standard types, answered when the physics has done it."""
+
+from __future__ import annotations
+
+from std_srvs.srv import SetBool, Trigger
+
+from soft_sim_ros.node.physics import Answer, Physics
+
+
+class Services:
+    """``~/reset``, ``~/pause`` and ``~/step`` of one physics thread.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        Owner of the services.
+    physics : Physics
+        Carries them out.
+    step_count : int
+        Steps of one ``~/step``; 0 = as many as lie between two state messages.
+    """
+
+    def __init__(self, node, physics: Physics, step_count: int):
+        self._physics = physics
+        self.step_count = step_count
+        self._services = (
+            node.create_service(Trigger, "~/reset", self._reset),
+            node.create_service(SetBool, "~/pause", self._pause),
+            node.create_service(Trigger, "~/step", self._step),
+        )
+
+    def _reset(self, _, response):
+        return _fill(response, self._physics.reset())
+
+    def _pause(self, request, response):
+        return _fill(response, self._physics.pause(request.data))
+
+    def _step(self, _, response):
+        return _fill(response, self._physics.step(self.step_count or self._physics.grid.publish))
+
+
+def _fill(response, answer: Answer):
+    response.success, response.message = answer
+    return response

@@ -1,0 +1,257 @@
+"""The simulator node, from its parameters to its last message."""
+
+from __future__ import annotations
+
+import gc
+import sys
+import threading
+import time
+from contextlib import contextmanager
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from soft_sim_ros.core.inputs import Inputs
+from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.errors import SoftSimError
+from soft_sim_ros.node.clock import Pacer
+from soft_sim_ros.node.commands import Gate
+from soft_sim_ros.node.diagnostics import Diagnostics
+from soft_sim_ros.node.parameters import Settings, check_qos_overrides, declare, on_change
+from soft_sim_ros.node.physics import Grid, Physics
+from soft_sim_ros.node.publishers import OVERRIDABLE, Publishers, message_class, qos_profile
+from soft_sim_ros.node.services import Services
+from soft_sim_ros.node.signals import Signals, Stopped
+from soft_sim_ros.node.summary import summarise, write_summary
+from soft_sim_ros.recording.telemetry import Telemetry
+from soft_sim_ros.recording.topics import EVENTS, INPUTS, topic
+from soft_sim_ros.recording.writer import BagWriter
+from soft_sim_ros.scene import Scene, load_scene
+
+NAME = "soft_arm"
+ENDED, FAILED, MISUSED, DIVERGED = 0, 1, 2, 3  # exit codes
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until a signal or an error ends it; the result is the exit code."""
+    with Signals() as signals:
+        try:
+            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        except Exception as error:  # rcl gives parse errors of parameters no type of their own
+            print(f"{NAME}: cannot start: {error}", file=sys.stderr)
+            return MISUSED
+        try:
+            return _run(signals)
+        except Stopped as signal:
+            print(f"{NAME}: stopped by {signal} before it was ready", file=sys.stderr)
+            return ENDED
+        finally:
+            rclpy.try_shutdown()
+
+
+def _run(signals: Signals) -> int:
+    node = Node(NAME)
+    log = node.get_logger()
+    try:
+        settings = declare(node)
+        scene = load_scene(settings.scene)
+        _warm_up(scene, settings, log.info)
+        signals.when_stopped(lambda: None)  # from here on there is a recording to be closed
+        arm = Arm(node, scene, settings)
+    except SoftSimError as error:
+        for line in str(error).splitlines():
+            log.fatal(line)
+        node.destroy_node()
+        return MISUSED
+    signals.when_stopped(arm.physics.stop)
+    try:
+        arm.spin()
+    finally:
+        code = arm.close(signals.received or "an error")
+        node.destroy_node()
+    return code
+
+
+class Arm:
+    """One simulated arm behind one node.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        A node whose parameters are declared.
+    scene : Scene
+        The arm.
+    settings : Settings
+        Values of the parameters.
+    """
+
+    def __init__(self, node: Node, scene: Scene, settings: Settings):
+        self.node, self.settings = node, settings
+        prefix = node.get_fully_qualified_name()
+        self.simulation = Simulation(scene)
+        self.inputs = Inputs(self.simulation, settings.command_timeout, settings.command_ramp)
+        telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
+        outputs = (*telemetry.topics, *(topic(key, prefix) for key in EVENTS))
+        self.publishers = Publishers(node, outputs, settings.publish_clock)
+        self.gate = Gate(self.inputs, settings.frame_id, self._submit, node.get_logger().warning)
+        inputs = tuple(topic(key, prefix) for key in INPUTS)
+        self._subscriptions = [self._subscribe(one) for one in inputs]
+        check_qos_overrides(node)
+        self.log = None
+        if settings.record:
+            self.log = BagWriter(
+                settings.record,
+                (*self.publishers.topics, *inputs),
+                metadata=run_metadata(settings, prefix),
+                attachments={"scene.yaml": scene.source.encode()},
+            )
+        self.physics = Physics(
+            self.inputs,
+            telemetry,
+            self.publishers,
+            self.log,
+            self._grid(),
+            Pacer(settings.real_time_factor),
+            paused=settings.start_paused,
+            exit_on_error=settings.exit_on_error,
+            complain=node.get_logger().error,
+        )
+        self.services = Services(node, self.physics, settings.step_count)
+        self.diagnostics = Diagnostics(node, self.physics, self.gate, scene.name)
+        on_change(node, self._change)
+
+    def spin(self) -> None:
+        """Run until the physics thread ends, which it does when asked to stop or when it fails."""
+        executor = _executor()
+        executor.add_node(self.node)
+        sys.setswitchinterval(0.0005)  # the physics thread must not wait long for callbacks
+        gc.collect()
+        gc.freeze()  # what exists now stays: collections in the run are short
+        self.physics.start()
+        self._say_ready()
+        while self.physics.alive:
+            executor.spin_once(timeout_sec=0.1)
+        executor.shutdown()
+
+    def close(self, ended_by: str) -> int:
+        """Close the recording, say what happened, and give the exit code."""
+        physics, log = self.physics, self.node.get_logger()
+        physics.stop()
+        physics.join()
+        self.diagnostics.publish()
+        if self.log is not None:
+            self.log.close()
+        if physics.failure:
+            ended_by = physics.failure
+        elif physics.diverged:
+            ended_by = f"{ended_by} after the solver gave up {physics.diverged}"
+        summary = summarise(self.settings, physics, self.publishers, self.gate, ended_by)
+        words = [f"ended by {ended_by} at t = {self.simulation.time:.9g} s"]
+        if summary["real_time_factor"] is not None:
+            words.append(f"real-time factor {summary['real_time_factor']:.3g}")
+        if self.log is not None:
+            try:
+                write_summary(self.settings.record, summary)
+            except OSError as error:
+                log.error(f"no summary: {error}")
+            lost = f", {self.log.dropped} dropped" if self.log.dropped else ""
+            words.append(f"{self.log.written} messages recorded in {self.settings.record}{lost}")
+            if self.log.error:
+                words.append(f"recording error: {self.log.error}")
+        bad = physics.failure or physics.diverged
+        (log.error if bad else log.info)("; ".join(words))
+        return FAILED if physics.failure else DIVERGED if physics.diverged else ENDED
+
+    def _submit(self, key, order, data) -> None:
+        self.physics.submit(key, order, data)
+
+    def _subscribe(self, one):
+        return self.node.create_subscription(
+            message_class(one.type),
+            one.name,
+            lambda data, key=one.key: self.gate.receive(key, data),
+            qos_profile(one.qos),
+            qos_overriding_options=OVERRIDABLE,
+            raw=True,
+        )
+
+    def _grid(self) -> Grid:
+        asked, step_ns = self.settings, self.simulation.step_ns
+        grid = Grid.of(step_ns, asked.publish_rate, asked.control_rate)
+        for name, rate, steps in (
+            ("publish_rate", asked.publish_rate, grid.publish),
+            ("control_rate", asked.control_rate, grid.control),
+        ):
+            got = 1e9 / (steps * step_ns)
+            if rate and abs(got - rate) > 1e-6 * rate:
+                self.node.get_logger().warning(
+                    f"{name} = {rate:g} Hz is not a whole number of steps of {step_ns * 1e-9:g} s: "
+                    f"using {got:.6g} Hz"
+                )
+        return grid
+
+    def _change(self, name: str, value) -> None:
+        if name == "real_time_factor":
+            self.physics.pacer.factor = value
+        elif name == "step_count":
+            self.services.step_count = value
+
+    def _say_ready(self) -> None:
+        s, simulation = self.settings, self.simulation
+        pace = f"{s.real_time_factor:g} x real time" if s.real_time_factor else "as fast as it can"
+        self.node.get_logger().info(
+            f"ready: scene {simulation.scene.name!r}, {simulation.n_coordinates} coordinates, "
+            f"actuators {', '.join(simulation.actuator_names) or 'none'}; "
+            f"step {simulation.step_ns * 1e-9:g} s, {pace}, "
+            f"{'paused' if s.start_paused else 'running'}; "
+            f"recording {'to ' + s.record if s.record else 'off'}"
+        )
+
+
+def run_metadata(settings: Settings, prefix: str) -> dict[str, str]:
+    """Everything besides the scene that a re-simulation of the run needs to know, as text."""
+    names = (
+        "command_timeout", "command_ramp", "frame_id", "poses", "publish_rate", "control_rate",
+        "real_time_factor",
+    )  # fmt: skip
+    return {"node": prefix} | {name: repr(getattr(settings, name)).strip("'") for name in names}
+
+
+def _warm_up(scene: Scene, settings: Settings, say) -> None:
+    """Compile everything the run needs with an arm that is thrown away."""
+    with _patience(say, "compiling the kernels (kept for the next start)"):
+        arm = Simulation(scene)
+        arm.advance(1)
+        telemetry = Telemetry(arm, settings.poses, settings.frame_id, "/warm_up")
+        for one in telemetry.topics:
+            getattr(telemetry, one.key)()
+
+
+@contextmanager
+def _patience(say, what: str, period: float = 3.0):
+    """Say every few seconds what is being waited for."""
+    done = threading.Event()
+    begin = time.monotonic()
+
+    def report() -> None:
+        while not done.wait(period):
+            say(f"{what}: {time.monotonic() - begin:.0f} s")
+
+    reporter = threading.Thread(target=report, daemon=True)
+    reporter.start()
+    try:
+        yield
+    finally:
+        done.set()
+        reporter.join()
+
+
+def _executor():
+    """The cheap executor where rclpy has it."""
+    try:
+        from rclpy.experimental import EventsExecutor
+    except ImportError:
+        return SingleThreadedExecutor()
+    return EventsExecutor()
