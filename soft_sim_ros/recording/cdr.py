@@ -1,0 +1,223 @@
+"""Messages as CDR bytes: everything that never changes is laid out once.
+
+ROS 2 sends messages as little-endian CDR: a four-byte header, then the fields in order, each on a
+multiple of its own size counted from after that header. For a given arm the names, frames and
+lengths of a message never change, so a buffer lays them out once and ``fill`` rewrites only the
+stamp and the blocks of numbers. Padding is always zero: equal messages are equal bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+_HEADER = b"\x00\x01\x00\x00"  # plain CDR, little endian
+_SECOND = 1_000_000_000  # ns
+_DOUBLE = np.dtype("<f8")
+_UNSIGNED = np.dtype("<u4")
+
+
+class _Layout:
+    """Lays out one message and remembers where its stamp and its float blocks lie."""
+
+    def __init__(self) -> None:
+        self._bytes = bytearray()
+        self._stamp: int | None = None
+        self._blocks: list[tuple[int, int]] = []
+
+    def _align(self, size: int) -> None:
+        self._bytes += bytes(-len(self._bytes) % size)
+
+    def unsigned(self, value: int) -> _Layout:
+        self._align(4)
+        self._bytes += int(value).to_bytes(4, "little")
+        return self
+
+    def text(self, value: str) -> _Layout:
+        data = value.encode() + b"\0"
+        self.unsigned(len(data))
+        self._bytes += data
+        return self
+
+    def stamp(self) -> _Layout:
+        self._align(4)
+        self._stamp = len(self._bytes)
+        self._bytes += bytes(8)
+        return self
+
+    def doubles(self, count: int) -> _Layout:
+        """Put a fixed block of ``count`` numbers."""
+        if count:
+            self._align(8)
+        self._blocks.append((len(self._bytes), count))
+        self._bytes += bytes(8 * count)
+        return self
+
+    def sequence(self, count: int, width: int = 1) -> _Layout:
+        """Put a sequence of ``count`` elements of ``width`` numbers each."""
+        return self.unsigned(count).doubles(count * width)
+
+    def header(self, frame_id: str) -> _Layout:
+        return self.stamp().text(frame_id)
+
+    def build(self) -> tuple[NDArray[np.uint8], NDArray[Any] | None, list[NDArray[np.float64]]]:
+        """Give the whole message as bytes, and views of its stamp (2,) and its float blocks."""
+        # four bytes of room in front put the first field, and so every number, on its alignment
+        store = np.zeros(8 + len(self._bytes), np.uint8)
+        message = store[4:]
+        message[:4] = np.frombuffer(_HEADER, np.uint8)
+        body = store[8:]
+        body[:] = np.frombuffer(bytes(self._bytes), np.uint8)
+        stamp = None
+        if self._stamp is not None:
+            stamp = body[self._stamp : self._stamp + 8].view(_UNSIGNED)
+        blocks = [body[at : at + 8 * count].view(_DOUBLE) for at, count in self._blocks]
+        return message, stamp, blocks
+
+
+def _set_stamp(stamp: NDArray[Any], time_ns: int) -> None:
+    stamp[0], stamp[1] = divmod(time_ns, _SECOND)
+
+
+class PoseArrayBuffer:
+    """``geometry_msgs/PoseArray`` with a fixed frame and number of poses.
+
+    Parameters
+    ----------
+    frame_id : frame the poses are given in
+    count : number of poses N
+    """
+
+    def __init__(self, frame_id: str, count: int) -> None:
+        self._count = count
+        layout = _Layout().header(frame_id).sequence(count, 7)
+        self._message, self._stamp, (self._poses,) = layout.build()
+
+    def fill(self, time_ns: int, poses: NDArray[np.float64]) -> bytes:
+        """Give the bytes for poses (N, 7), each ``x y z qx qy qz qw`` in m."""
+        _set_stamp(self._stamp, time_ns)
+        self._poses.reshape(self._count, 7)[:] = poses
+        return self._message.tobytes()
+
+
+class JointStateBuffer:
+    """``sensor_msgs/JointState`` with fixed names; any of the three sequences may be left empty.
+
+    Parameters
+    ----------
+    names : (n,) names
+    position, velocity, effort : whether that sequence is present
+    frame_id : usually empty
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        *,
+        position: bool = True,
+        velocity: bool = True,
+        effort: bool = True,
+        frame_id: str = "",
+    ) -> None:
+        layout = _Layout().header(frame_id).unsigned(len(names))
+        for name in names:
+            layout.text(name)
+        for present in (position, velocity, effort):
+            layout.sequence(len(names) if present else 0)
+        self._message, self._stamp, blocks = layout.build()
+        self._position, self._velocity, self._effort = blocks
+
+    def fill(
+        self,
+        time_ns: int,
+        position: ArrayLike = (),
+        velocity: ArrayLike = (),
+        effort: ArrayLike = (),
+    ) -> bytes:
+        """Give the bytes for the (n,) numbers; ``()`` for a sequence that is not present."""
+        _set_stamp(self._stamp, time_ns)
+        self._position[:] = position
+        self._velocity[:] = velocity
+        self._effort[:] = effort
+        return self._message.tobytes()
+
+
+class Float64MultiArrayBuffer:
+    """``std_msgs/Float64MultiArray`` of one dimension; the label is where names can be written.
+
+    Parameters
+    ----------
+    count : number of values
+    label : label of the dimension; without one the layout is empty, as most publishers send it
+    """
+
+    def __init__(self, count: int, label: str = "") -> None:
+        layout = _Layout()
+        if label:
+            layout.unsigned(1).text(label).unsigned(count).unsigned(count)
+        else:
+            layout.unsigned(0)
+        layout.unsigned(0).sequence(count)
+        self._message, _, (self._data,) = layout.build()
+
+    def fill(self, data: ArrayLike) -> bytes:
+        """Give the bytes for data (count,)."""
+        self._data[:] = data
+        return self._message.tobytes()
+
+
+class PoseStampedBuffer:
+    """``geometry_msgs/PoseStamped`` in a fixed frame."""
+
+    def __init__(self, frame_id: str) -> None:
+        self._message, self._stamp, (self._pose,) = _Layout().header(frame_id).doubles(7).build()
+
+    def fill(self, time_ns: int, pose: ArrayLike) -> bytes:
+        """Give the bytes for a pose (7,), ``x y z qx qy qz qw`` in m."""
+        _set_stamp(self._stamp, time_ns)
+        self._pose[:] = pose
+        return self._message.tobytes()
+
+
+class WrenchStampedBuffer:
+    """``geometry_msgs/WrenchStamped`` in a fixed frame."""
+
+    def __init__(self, frame_id: str) -> None:
+        self._message, self._stamp, (self._wrench,) = _Layout().header(frame_id).doubles(6).build()
+
+    def fill(self, time_ns: int, wrench: ArrayLike) -> bytes:
+        """Give the bytes for a wrench (6,), moment in N·m then force in N.
+
+        That is the order of all of this package; the message itself has the force first.
+        """
+        _set_stamp(self._stamp, time_ns)
+        wrench = np.asarray(wrench, float)
+        self._wrench[:3] = wrench[3:]
+        self._wrench[3:] = wrench[:3]
+        return self._message.tobytes()
+
+
+class ClockBuffer:
+    """``rosgraph_msgs/Clock``."""
+
+    def __init__(self) -> None:
+        self._message, self._stamp, _ = _Layout().stamp().build()
+
+    def fill(self, time_ns: int) -> bytes:
+        """Give the bytes for a time in ns."""
+        _set_stamp(self._stamp, time_ns)
+        return self._message.tobytes()
+
+
+def encode_string(text: str) -> bytes:
+    """Give the bytes of a ``std_msgs/String``."""
+    return _Layout().text(text).build()[0].tobytes()
+
+
+def encode_floats(data: ArrayLike, label: str = "") -> bytes:
+    """Give the bytes of one ``std_msgs/Float64MultiArray``; in a loop, keep a buffer instead."""
+    data = np.asarray(data, float).ravel()
+    return Float64MultiArrayBuffer(len(data), label).fill(data)

@@ -1,0 +1,85 @@
+"""What is published and recorded: names, types and qualities of service."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+FLOATS = "std_msgs/msg/Float64MultiArray"
+JOINTS = "sensor_msgs/msg/JointState"
+POSE = "geometry_msgs/msg/PoseStamped"
+POSES = "geometry_msgs/msg/PoseArray"
+STRING = "std_msgs/msg/String"
+WRENCH = "geometry_msgs/msg/WrenchStamped"
+
+
+@dataclass(frozen=True)
+class Qos:
+    """Quality of service of a topic; the words are those of rosbag2 and of the ROS command line."""
+
+    depth: int = 10
+    reliability: str = "reliable"
+    durability: str = "volatile"
+    history: str = "keep_last"
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic.
+
+    Parameters
+    ----------
+    key : short name within this package, such as ``backbone``
+    name : full topic name, such as ``/arm1/soft_arm/backbone``
+    type : full message type, such as ``geometry_msgs/msg/PoseArray``
+    qos : quality of service offered (or, for inputs, asked for)
+    """
+
+    key: str
+    name: str
+    type: str
+    qos: Qos = field(default_factory=Qos)
+
+
+# key: (name as a node would write it, message type, depth of the queue)
+OUTPUTS = {
+    "backbone": ("~/backbone", POSES, 10),
+    "joint_states": ("joint_states", JOINTS, 10),
+    "strain_state": ("~/strain_state", JOINTS, 10),
+    "energy": ("~/energy", FLOATS, 10),
+    "tip_pose": ("~/tip_pose", POSE, 10),
+}
+INPUTS = {
+    "command": ("~/command", FLOATS, 1),
+    "joint_command": ("~/joint_command", JOINTS, 1),
+    "external_wrench": ("~/external_wrench", WRENCH, 1),
+}
+EVENTS = {"events": ("~/events", STRING, 100)}
+ALL = {**OUTPUTS, **INPUTS, **EVENTS}
+
+
+def resolve(name: str, prefix: str) -> str:
+    """Give the full topic name of ``name`` for the node called ``prefix``.
+
+    ``~/x`` lies below the node, ``x`` below its namespace, ``/x`` is absolute.
+    """
+    if name.startswith("/"):
+        return name
+    if name.startswith("~/"):
+        return f"{prefix}{name[1:]}"
+    return f"{prefix.rpartition('/')[0]}/{name}"
+
+
+def topic(key: str, prefix: str, qos: Qos | None = None) -> Topic:
+    """Give the topic with this key of the node called ``prefix`` (such as ``/arm1/soft_arm``)."""
+    name, kind, depth = ALL[key]
+    return Topic(key, resolve(name, prefix), kind, qos or Qos(depth))
+
+
+def output_topics(prefix: str) -> tuple[Topic, ...]:
+    """Give the topics a simulation publishes."""
+    return tuple(topic(key, prefix) for key in OUTPUTS)
+
+
+def recorded_topics(prefix: str) -> tuple[Topic, ...]:
+    """Give every topic of a recording: outputs, inputs and events."""
+    return tuple(topic(key, prefix) for key in ALL)

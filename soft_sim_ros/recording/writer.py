@@ -1,0 +1,248 @@
+"""Recording off the physics thread: never blocking, bounded in memory, alive on a full disk."""
+
+from __future__ import annotations
+
+import atexit
+import json
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from soft_sim_ros.recording.bag import SPLIT_BYTES, Bag, channel
+from soft_sim_ros.recording.machine import machine_facts
+from soft_sim_ros.recording.topics import Topic
+
+LIMIT_BYTES = 64 * 1024 * 1024
+FLUSH_PERIOD = 0.25  # s of wall time; what a SIGKILL may cost, together with the poll period
+_POLL_PERIOD = 0.01  # s
+_RETRY_PERIOD = 0.25  # s between attempts on a disk that failed
+_OVERHEAD = 160  # bytes that a queued message costs beyond its data
+_BURST = 8  # messages taken before the interpreter is left to other threads
+
+
+class BagWriter:
+    """Writes messages into a rosbag2 directory from a thread of its own.
+
+    ``write`` puts a message into a queue and returns at once. While the disk fails or lags, the
+    queue fills; what no longer fits is dropped and counted. When the disk works again, the queue
+    goes to it and the recording goes on. No error of the disk ever reaches the caller of
+    ``write``; the last one is kept in ``error``.
+
+    Parameters
+    ----------
+    directory : where the recording goes; made if missing, refused if it holds a recording
+    topics : what may be written, by key
+    metadata : facts about the run, by name
+    attachments : files kept inside the recording, such as ``scene.yaml``; ``machine.json`` is
+        added
+    limit_bytes : size of the queue
+    split_bytes : size at which a new MCAP file is begun
+
+    Raises
+    ------
+    RecordingError
+        if the directory holds a recording, or cannot be written to
+    """
+
+    def __init__(
+        self,
+        directory: str | Path,
+        topics: Sequence[Topic],
+        *,
+        metadata: Mapping[str, str] | None = None,
+        attachments: Mapping[str, bytes] | None = None,
+        limit_bytes: int = LIMIT_BYTES,
+        split_bytes: int = SPLIT_BYTES,
+    ) -> None:
+        facts = json.dumps(machine_facts(), indent=1).encode()
+        self.directory = Path(directory)
+        self.limit_bytes = limit_bytes
+        self.error: str | None = None
+        self._topics = tuple(topics)
+        self._index = {topic.key: index for index, topic in enumerate(self._topics)}
+        self._bag = Bag(
+            self.directory,
+            [channel(topic) for topic in self._topics],
+            metadata=metadata or {},
+            attachments={"machine.json": facts, **(attachments or {})},
+            split_bytes=split_bytes,
+        )
+        # `_entered` and `_drops` belong to the writers (behind `_gate`), `_left` and `_lost` to the
+        # disk thread, which therefore never holds a lock that a writer waits for
+        self._gate = threading.Lock()
+        self._queue: deque[tuple[int, int, bytes]] = deque()
+        self._entered = 0
+        self._left = 0
+        self._drops: Counter[int] = Counter()
+        self._lost: Counter[str] = Counter()
+        self._written = 0
+        self._open = True
+        self._failing = False
+        self._committed_at = self._tried_at = time.monotonic()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="bag writer", daemon=True)
+        self._thread.start()
+        atexit.register(self.close)
+
+    @property
+    def written(self) -> int:
+        """Number of messages on disk."""
+        return self._written
+
+    @property
+    def dropped(self) -> int:
+        """Number of messages that will never be on disk."""
+        return sum(self._drops.values()) + sum(self._lost.values())
+
+    @property
+    def dropped_by_topic(self) -> dict[str, int]:
+        """Number of messages lost, by topic name; topics without losses are left out."""
+        counts = Counter(self._lost)
+        for index, count in self._drops.copy().items():
+            counts[self._topics[index].name] += count
+        return dict(counts)
+
+    @property
+    def queued_bytes(self) -> int:
+        """Bytes in the queue."""
+        return self._entered - self._left
+
+    @property
+    def failing(self) -> bool:
+        """Whether the disk refused the last attempt."""
+        return self._failing
+
+    def write(self, key: str, time_ns: int, data: bytes) -> bool:
+        """Queue one message; never blocks.
+
+        Parameters
+        ----------
+        key : of one of the topics
+        time_ns : simulation time in ns, not negative: log time and publish time
+        data : the message as CDR
+
+        Returns
+        -------
+        bool
+            False if the message was dropped (and counted), because the queue is full or the
+            recording is closed
+        """
+        index = self._index[key]
+        if time_ns < 0:
+            raise ValueError(f"time_ns = {time_ns} for {key}: expected a time of at least 0")
+        size = len(data) + _OVERHEAD
+        with self._gate:
+            if not self._open or self._entered - self._left + size > self.limit_bytes:
+                self._drops[index] += 1
+                return False
+            self._entered += size
+            self._queue.append((index, time_ns, data))
+        return True
+
+    def wait_for_room(self, timeout: float = 10.0) -> bool:
+        """Wait until the queue is at most half full: for runs that nobody waits for in real time.
+
+        Returns False if the disk fails or ``timeout`` seconds pass first.
+        """
+        deadline = time.monotonic() + timeout
+        while self.queued_bytes > self.limit_bytes // 2:
+            if self._failing or time.monotonic() > deadline:
+                return False
+            time.sleep(0.002)
+        return True
+
+    def close(self, timeout: float = 30.0) -> None:
+        """Write what is queued, complete the recording and stop; a second call does nothing.
+
+        If the disk does not take the rest, that rest is counted as dropped and the recording
+        stays as a torn one, readable up to there.
+        """
+        with self._gate:
+            self._open = False
+        self._stop.set()
+        self._thread.join(timeout)
+        if self._thread.is_alive():
+            self.error = f"{self.directory}: the disk did not take the rest within {timeout:g} s"
+        atexit.unregister(self.close)
+
+    def __enter__(self) -> BagWriter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _run(self) -> None:
+        try:
+            while not self._stop.wait(_POLL_PERIOD):
+                self._work()
+            self._finish()
+        except Exception as reason:  # a thread that dies must say so, and must not keep a queue
+            self._fail(f"{type(reason).__name__}: {reason}")
+            self._give_up()
+
+    def _work(self) -> None:
+        """Take over what is queued, and flush when it is time."""
+        now = time.monotonic()
+        if self._failing and now - self._tried_at < _RETRY_PERIOD:
+            return
+        self._tried_at = now
+        try:
+            if self._failing:
+                self._commit()
+            self._take()
+            if now - self._committed_at >= FLUSH_PERIOD:
+                self._commit()
+        except OSError as reason:
+            self._fail(f"{reason.strerror} (errno {reason.errno})")
+
+    def _take(self) -> None:
+        count = 0
+        while self._queue:
+            index, time_ns, data = self._queue.popleft()
+            self._bag.add(index, time_ns, data)
+            self._left += len(data) + _OVERHEAD
+            if self._bag.staged:
+                self._bag.push()
+                if time.monotonic() - self._committed_at >= FLUSH_PERIOD:
+                    self._commit()
+            count += 1
+            if count % _BURST == 0 and self.queued_bytes < self.limit_bytes // 4:
+                time.sleep(0.0001)  # other threads wait for the interpreter, not for the queue
+
+    def _commit(self) -> None:
+        self._bag.commit()
+        self._failing = False
+        self._committed_at = time.monotonic()
+        self._written = sum(self._bag.kept().values())
+
+    def _finish(self) -> None:
+        try:
+            if self._failing:
+                self._commit()
+            self._take()
+            self._bag.close()
+            self._written = sum(self._bag.kept().values())
+            self._failing = False
+        except OSError as reason:
+            self._fail(f"{reason.strerror} (errno {reason.errno})")
+            self._give_up()
+
+    def _fail(self, reason: str) -> None:
+        self._failing = True
+        self.error = f"{self.directory}: {reason}"
+
+    def _give_up(self) -> None:
+        """Count everything that is not on disk as lost."""
+        with self._gate:
+            self._open = False
+        self._lost += Counter(self._bag.taken()) - Counter(self._bag.kept())
+        while self._queue:
+            index, _, data = self._queue.popleft()
+            self._left += len(data) + _OVERHEAD
+            self._lost[self._topics[index].name] += 1
+        try:
+            self._bag.abandon()
+        except OSError as reason:
+            self._fail(f"{reason.strerror} (errno {reason.errno})")
