@@ -12,6 +12,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.simulation import Simulation
@@ -19,7 +20,7 @@ from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.node.clock import Pacer
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
-from soft_sim_ros.node.parameters import Settings, check_qos_overrides, declare, on_change
+from soft_sim_ros.node.parameters import TABLE, Settings, check_qos_overrides, declare, on_change
 from soft_sim_ros.node.physics import Grid, Physics
 from soft_sim_ros.node.publishers import OVERRIDABLE, Publishers, message_class, qos_profile
 from soft_sim_ros.node.services import Services
@@ -35,7 +36,16 @@ ENDED, FAILED, MISUSED, DIVERGED = 0, 1, 2, 3  # exit codes
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until a signal or an error ends it; the result is the exit code."""
+    """Run the node until a signal or an error ends it; the result is the exit code.
+
+    ``args`` are the words after the name of the program, those of the process if None.
+    """
+    args = list(sys.argv[1:] if args is None else args)
+    words = remove_ros_args([NAME, *args])[1:]
+    if words:
+        asked = words[0] in ("-h", "--help")
+        print(usage() if asked else f"{NAME}: unexpected {words[0]!r}\n{usage()}", file=sys.stderr)
+        return ENDED if asked else MISUSED
     with Signals() as signals:
         try:
             rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
@@ -49,6 +59,13 @@ def main(args: list[str] | None = None) -> int:
             return ENDED
         finally:
             rclpy.try_shutdown()
+
+
+def usage() -> str:
+    """Describe how the node is started, with its parameters."""
+    lines = ["usage: simulate [--ros-args -p parameter:=value -r __ns:=/name …]", "parameters:"]
+    lines += [f"  {row.name} (default {row.default!r}): {row.description}" for row in TABLE]
+    return "\n".join(lines)
 
 
 def _run(signals: Signals) -> int:

@@ -1,0 +1,168 @@
+"""A recording on the wire again: original bytes, types, quality of service, order and timing."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from itertools import groupby
+
+import rclpy
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+from rosgraph_msgs.msg import Clock
+
+from soft_sim_ros.errors import SoftSimError
+from soft_sim_ros.node.clock import Pacer
+from soft_sim_ros.node.publishers import message_class, qos_profile
+from soft_sim_ros.node.signals import Signals, Stopped
+from soft_sim_ros.recording.cdr import ClockBuffer
+from soft_sim_ros.recording.reader import LoggedMessage, Run, read_run
+from soft_sim_ros.recording.topics import INPUTS, Qos, resolve
+
+NAME = "replay"
+
+
+def main(args: list[str] | None = None) -> int:
+    """Replay a recording until its end or a signal; the result is the exit code."""
+    args = list(sys.argv[1:] if args is None else args)
+    options = _parser().parse_args(remove_ros_args([NAME, *args])[1:])
+    with Signals() as signals:
+        try:
+            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+            run = read_run(options.directory)
+            node = Node(NAME)
+            player = Player(node, run, options.rate, options.with_commands)
+            signals.when_stopped(player.stop)
+            return player.play(options.delay, options.loop)
+        except SoftSimError as error:
+            print(f"{NAME}: {error}", file=sys.stderr)
+            return 2
+        except Stopped:
+            return 0
+        finally:
+            rclpy.try_shutdown()
+
+
+class Player:
+    """Republishes the messages of a recording and drives ``/clock``.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        Owner of the publishers.
+    run : Run
+        What is replayed.
+    rate : float
+        Recorded seconds per second; 0 = as fast as possible.
+    with_commands : bool
+        Whether to republish what had been sent to the arm, too: to an arm, not to a viewer.
+    """
+
+    def __init__(self, node: Node, run: Run, rate: float, with_commands: bool):
+        self._node, self._run = node, run
+        self._pacer = Pacer(rate)
+        self._stop = threading.Event()
+        self.sent: Counter[str] = Counter()
+        skipped = set() if with_commands else command_topics(run)
+        self._publishers = {
+            channel.topic: node.create_publisher(
+                message_class(channel.type), channel.topic, qos_profile(channel.qos)
+            )
+            for channel in run.channels
+            if channel.topic not in skipped
+        }
+        self._clock = node.create_publisher(Clock, "/clock", qos_profile(Qos()))
+        self._clock_bytes = ClockBuffer()
+
+    def stop(self) -> None:
+        """End as soon as possible; safe in a signal handler."""
+        self._stop.set()
+
+    def play(self, delay: float, loop: bool) -> int:
+        """Replay once, or until stopped; prints what was sent."""
+        log = self._node.get_logger()
+        run = self._run
+        log.info(f"{run.path}: {run.duration:.3f} s from t = {run.start:.3f} s")
+        begin = time.monotonic()
+        passes = 0
+        self._stop.wait(delay)  # for subscribers to find the publishers
+        while not self._stop.is_set():
+            self._pacer.restart()
+            self._once()
+            passes += 1
+            if not loop:
+                break
+        for publisher in self._publishers.values():
+            if not self._stop.is_set():
+                publisher.wait_for_all_acked(Duration(seconds=1.0))
+        for topic in self._publishers:
+            log.info(f"{self.sent[topic]:8d}  {topic}")
+        stopped = "stopped" if self._stop.is_set() else "done"
+        elapsed = time.monotonic() - begin
+        total = sum(self.sent.values())
+        log.info(f"{stopped}: {total} messages, {passes} passes, {elapsed:.3f} s")
+        self._node.destroy_node()
+        return 0
+
+    def _once(self) -> None:
+        for time_ns, messages in self._instants():
+            self._pacer.wait(time_ns, self._stop.is_set)
+            if self._stop.is_set():
+                return
+            for message in messages:
+                self._publishers[message.topic].publish(message.data)
+                self.sent[message.topic] += 1
+            self._clock.publish(self._clock_bytes.fill(time_ns))
+
+    def _instants(self) -> Iterator[tuple[int, Iterator[LoggedMessage]]]:
+        wanted = (m for m in self._run.messages() if m.topic in self._publishers)
+        return groupby(wanted, key=lambda message: message.time_ns)
+
+
+def command_topics(run: Run) -> set[str]:
+    """Names of the recorded topics on which the arm was commanded."""
+    node = run.metadata.get("node")
+    ends = [name.removeprefix("~") for name, _, _ in INPUTS.values()]
+    if node is None:
+        return {c.topic for c in run.channels if any(c.topic.endswith(end) for end in ends)}
+    return {resolve(name, node) for name, _, _ in INPUTS.values()}
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog=NAME,
+        description="Republish a recording with its types, quality of service and timing, "
+        "and drive /clock.",
+    )
+    parser.add_argument("directory", help="rosbag2 directory, or one MCAP file")
+    parser.add_argument(
+        "--rate",
+        type=_rate,
+        default=1.0,
+        help="recorded seconds per second; 0 = as fast as possible (default 1)",
+    )
+    parser.add_argument("--loop", action="store_true", help="begin again at the end")
+    parser.add_argument(
+        "--with-commands", action="store_true", help="republish commands and external wrenches too"
+    )
+    parser.add_argument(
+        "--delay",
+        type=_rate,
+        default=1.0,
+        metavar="S",
+        help="seconds left to subscribers for finding the topics (default 1)",
+    )
+    return parser
+
+
+def _rate(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text}: expected a finite number, zero or more")
+    return value
