@@ -9,6 +9,7 @@ import numpy as np
 from soft_sim_ros.scene.body import ROUNDING, Body, Joint, Rod
 from soft_sim_ros.scene.interval import ANY, FINITE, NONNEGATIVE, Interval
 from soft_sim_ros.scene.reader import Reader
+from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.scene.tendon import HelicalPath, StraightPath, read_path
 
 ANGULAR = ("torsion", "bend_y", "bend_z")
@@ -72,15 +73,15 @@ class TendonActuator:
         """Unit of the effort."""
         return "N"
 
-    def offset(self, s: np.ndarray) -> np.ndarray:
+    def offset(self, s: Floats) -> Floats:
         """Return where the tendon runs, d (…, 3) in m in the section frame, d_x = 0."""
         return self.path.offset(self._fraction(s))
 
-    def slope(self, s: np.ndarray) -> np.ndarray:
+    def slope(self, s: Floats) -> Floats:
         """Return d' = dd/ds (…, 3)."""
         return self.path.slope(self._fraction(s)) / (self.end - self.start)
 
-    def _fraction(self, s: np.ndarray) -> np.ndarray:
+    def _fraction(self, s: Floats) -> Floats:
         return (np.asarray(s, dtype=float) - self.start) / (self.end - self.start)
 
 

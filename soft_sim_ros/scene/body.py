@@ -12,6 +12,7 @@ from soft_sim_ros.scene.pose import IDENTITY, Pose, read_pose
 from soft_sim_ros.scene.reader import Reader, frozen
 from soft_sim_ros.scene.section import Section, read_section
 from soft_sim_ros.scene.strains import STRAINS
+from soft_sim_ros.scene.taper import Floats
 
 JOINT_KINDS = ("fixed", "revolute")
 ROUNDING = 1e-9  # of the length of a rod
@@ -66,7 +67,7 @@ class Joint:
 
     name: str
     kind: str
-    axis: np.ndarray
+    axis: Floats
     offset: Pose = IDENTITY
     stiffness: float = 0.0
     damping: float = 0.0
@@ -82,7 +83,7 @@ class RigidBody:
 
     name: str
     mass: float
-    inertia: np.ndarray
+    inertia: Floats
     com: Pose = IDENTITY
 
 

@@ -14,24 +14,24 @@ import numpy as np
 
 from soft_sim_ros.scene.interval import POSITIVE
 from soft_sim_ros.scene.reader import Reader
-from soft_sim_ros.scene.taper import Taper
+from soft_sim_ros.scene.taper import Floats, Taper
 
-Pair = tuple[np.ndarray, np.ndarray]
+Pair = tuple[Floats, Floats]
 
 
 class CrossSection(Protocol):
     """What a cross-section has to answer."""
 
-    def area(self, x: np.ndarray) -> np.ndarray:
+    def area(self, x: Floats) -> Floats:
         """Return the area A in m²."""
 
-    def second_moments(self, x: np.ndarray) -> Pair:
+    def second_moments(self, x: Floats) -> Pair:
         """Return (I_y, I_z) in m⁴."""
 
-    def torsion_constant(self, x: np.ndarray) -> np.ndarray:
+    def torsion_constant(self, x: Floats) -> Floats:
         """Return I_t in m⁴: the torque is G·I_t per twist rate."""
 
-    def shear_factors(self, x: np.ndarray, poisson_ratio: float) -> Pair:
+    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:
         """Return (k_y, k_z): the shear force along y is k_y·G·A per shear strain."""
 
 
@@ -41,17 +41,17 @@ class Circle:
 
     radius: Taper
 
-    def area(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+    def area(self, x: Floats) -> Floats:  # noqa: D102
         return np.pi * self.radius(x) ** 2
 
-    def second_moments(self, x: np.ndarray) -> Pair:  # noqa: D102
+    def second_moments(self, x: Floats) -> Pair:  # noqa: D102
         moment = np.pi / 4 * self.radius(x) ** 4
         return moment, moment
 
-    def torsion_constant(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+    def torsion_constant(self, x: Floats) -> Floats:  # noqa: D102
         return np.pi / 2 * self.radius(x) ** 4
 
-    def shear_factors(self, x: np.ndarray, poisson_ratio: float) -> Pair:  # noqa: D102
+    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:  # noqa: D102
         factor = np.full(np.shape(x), 6 * (1 + poisson_ratio) / (7 + 6 * poisson_ratio))
         return factor, factor
 
@@ -63,17 +63,17 @@ class Annulus:
     outer: Taper
     inner: Taper
 
-    def area(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+    def area(self, x: Floats) -> Floats:  # noqa: D102
         return np.pi * (self.outer(x) ** 2 - self.inner(x) ** 2)
 
-    def second_moments(self, x: np.ndarray) -> Pair:  # noqa: D102
+    def second_moments(self, x: Floats) -> Pair:  # noqa: D102
         moment = np.pi / 4 * (self.outer(x) ** 4 - self.inner(x) ** 4)
         return moment, moment
 
-    def torsion_constant(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+    def torsion_constant(self, x: Floats) -> Floats:  # noqa: D102
         return np.pi / 2 * (self.outer(x) ** 4 - self.inner(x) ** 4)
 
-    def shear_factors(self, x: np.ndarray, poisson_ratio: float) -> Pair:  # noqa: D102
+    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:  # noqa: D102
         nu, square = poisson_ratio, (self.inner(x) / self.outer(x)) ** 2
         solid = (1 + square) ** 2
         factor = 6 * (1 + nu) * solid / ((7 + 6 * nu) * solid + (20 + 12 * nu) * square)
@@ -87,14 +87,14 @@ class Rectangle:
     width_y: Taper
     width_z: Taper
 
-    def area(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+    def area(self, x: Floats) -> Floats:  # noqa: D102
         return self.width_y(x) * self.width_z(x)
 
-    def second_moments(self, x: np.ndarray) -> Pair:  # noqa: D102
+    def second_moments(self, x: Floats) -> Pair:  # noqa: D102
         y, z = self.width_y(x), self.width_z(x)
         return y * z**3 / 12, y**3 * z / 12
 
-    def torsion_constant(self, x: np.ndarray) -> np.ndarray:
+    def torsion_constant(self, x: Floats) -> Floats:
         """Return Saint-Venant's series, summed to round-off.
 
         With long side a and short side b, I_t = a b³/3 · (1 - (192/π⁵)(b/a) Σ tanh(nπa/2b)/n⁵),
@@ -106,9 +106,10 @@ class Rectangle:
         for n in range(1, 14, 2):
             rest += 2.0 / (1.0 + np.exp(np.minimum(n * np.pi * long / short, 700.0))) / n**5
         series = _SUM_OF_ODD_INVERSE_FIFTHS - rest
-        return long * short**3 / 3 * (1 - 192 / np.pi**5 * short / long * series)
+        constant: Floats = long * short**3 / 3 * (1 - 192 / np.pi**5 * short / long * series)
+        return constant
 
-    def shear_factors(self, x: np.ndarray, poisson_ratio: float) -> Pair:  # noqa: D102
+    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:  # noqa: D102
         factor = np.full(np.shape(x), 10 * (1 + poisson_ratio) / (12 + 11 * poisson_ratio))
         return factor, factor
 
@@ -123,23 +124,23 @@ class Ellipse:
     semi_axis_y: Taper
     semi_axis_z: Taper
 
-    def area(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+    def area(self, x: Floats) -> Floats:  # noqa: D102
         return np.pi * self.semi_axis_y(x) * self.semi_axis_z(x)
 
-    def second_moments(self, x: np.ndarray) -> Pair:  # noqa: D102
+    def second_moments(self, x: Floats) -> Pair:  # noqa: D102
         a, b = self.semi_axis_y(x), self.semi_axis_z(x)
         return np.pi / 4 * a * b**3, np.pi / 4 * a**3 * b
 
-    def torsion_constant(self, x: np.ndarray) -> np.ndarray:  # noqa: D102
+    def torsion_constant(self, x: Floats) -> Floats:  # noqa: D102
         a, b = self.semi_axis_y(x), self.semi_axis_z(x)
         return np.pi * a**3 * b**3 / (a**2 + b**2)
 
-    def shear_factors(self, x: np.ndarray, poisson_ratio: float) -> Pair:  # noqa: D102
+    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:  # noqa: D102
         a, b = self.semi_axis_y(x), self.semi_axis_z(x)
         return _ellipse_factor(a, b, poisson_ratio), _ellipse_factor(b, a, poisson_ratio)
 
 
-def _ellipse_factor(along: np.ndarray, across: np.ndarray, nu: float) -> np.ndarray:
+def _ellipse_factor(along: Floats, across: Floats, nu: float) -> Floats:
     """Return the factor for a shear force along one semi-axis; it depends on their ratio only."""
     square = (across / along) ** 2
     numerator = 12 * (1 + nu) * (3 + square)

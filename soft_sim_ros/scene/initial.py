@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from soft_sim_ros.scene.body import Body, Joint, Rod
 from soft_sim_ros.scene.reader import Reader, frozen
 from soft_sim_ros.scene.strains import STRAINS
+from soft_sim_ros.scene.taper import Floats
 
 STATES = ("reference", "equilibrium")
 
@@ -24,7 +23,7 @@ class Initial:
     state: str = "reference"
     positions: dict[str, float] = field(default_factory=dict)
     velocities: dict[str, float] = field(default_factory=dict)
-    strains: dict[str, np.ndarray] = field(default_factory=dict)
+    strains: dict[str, Floats] = field(default_factory=dict)
 
 
 def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
@@ -40,7 +39,7 @@ def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
     state = reader.choice("state", STATES, default="reference")
     positions = _read_joint_values(reader.mapping("positions"), joints)
     velocities = _read_joint_values(reader.mapping("velocities"), joints)
-    strains: dict[str, np.ndarray] = {}
+    strains: dict[str, Floats] = {}
     by_section = reader.mapping("strains").only(*sections)
     for name, active in sections.items():
         if by_section.has(name):
@@ -53,7 +52,7 @@ def _read_joint_values(reader: Reader, joints: list[str]) -> dict[str, float]:
     return {joint: reader.number(joint) for joint in joints if reader.has(joint)}
 
 
-def _read_offsets(reader: Reader, active: tuple[str, ...]) -> np.ndarray:
+def _read_offsets(reader: Reader, active: tuple[str, ...]) -> Floats:
     reader.only(*STRAINS)
     for strain in set(STRAINS) - set(active):
         reader.no_effect(strain, "this strain is not among the rod's strains")

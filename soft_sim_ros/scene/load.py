@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from soft_sim_ros.scene.actuator import read_arc_length, read_span
 from soft_sim_ros.scene.body import Body, Rod
 from soft_sim_ros.scene.interval import NONNEGATIVE, Interval
 from soft_sim_ros.scene.reader import Reader
+from soft_sim_ros.scene.taper import Floats
 
 FRAMES = ("world", "body")
 COMMON = ("schedule", "force", "moment", "frame")
@@ -55,8 +54,8 @@ class PointLoad:
     schedule: Schedule
     body: str
     s: float
-    force: np.ndarray
-    moment: np.ndarray
+    force: Floats
+    moment: Floats
     frame: str
 
 
@@ -72,8 +71,8 @@ class DistributedLoad:
     body: str
     start: float
     end: float
-    force: np.ndarray
-    moment: np.ndarray
+    force: Floats
+    moment: Floats
     frame: str
 
 
@@ -116,7 +115,7 @@ def _read_distributed(
     return DistributedLoad(name, schedule, rod.name, start, end, *_read_wrench(reader))
 
 
-def _read_wrench(reader: Reader) -> tuple[np.ndarray, np.ndarray, str]:
+def _read_wrench(reader: Reader) -> tuple[Floats, Floats, str]:
     if not (reader.has("force") or reader.has("moment")):
         reader.refuse("a force or a moment")
     force = reader.vector("force", 3, default=(0, 0, 0))

@@ -7,8 +7,6 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene.actuator import Actuator, read_actuators
 from soft_sim_ros.scene.body import Body, read_bodies
@@ -19,6 +17,7 @@ from soft_sim_ros.scene.material import Material, read_material
 from soft_sim_ros.scene.numerics import Numerics, read_numerics
 from soft_sim_ros.scene.pose import Pose, read_pose
 from soft_sim_ros.scene.reader import Reader
+from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.scene.words import NAME
 
 DEFAULT_SCENE = "soft_arm"
@@ -34,7 +33,7 @@ class Scene:
     """
 
     name: str
-    gravity: np.ndarray
+    gravity: Floats
     base: Pose
     bodies: tuple[Body, ...]
     actuators: tuple[Actuator, ...]

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_sim_ros.scene.reader import Reader, frozen
+from soft_sim_ros.scene.taper import Floats
 
 
 @dataclass(frozen=True, eq=False)
 class Pose:
     """Position (3,) in m and unit quaternion (4,) x y z w, both in the parent frame."""
 
-    position: np.ndarray
-    quaternion: np.ndarray
+    position: Floats
+    quaternion: Floats
 
 
 IDENTITY = Pose(frozen((0, 0, 0)), frozen((0, 0, 0, 1)))
@@ -35,7 +36,7 @@ def read_pose(reader: Reader) -> Pose:
     return Pose(position, frozen(quaternion))
 
 
-def quaternion_from_rpy(rpy: np.ndarray) -> np.ndarray:
+def quaternion_from_rpy(rpy: Floats) -> Floats:
     """Return the quaternion (4,) x y z w of Rz(yaw)·Ry(pitch)·Rx(roll), angles in rad (REP-103)."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy / 2), np.sin(rpy / 2)
     return np.array([

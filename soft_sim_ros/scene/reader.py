@@ -21,7 +21,7 @@ import yaml
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene.document import MERGE, Document, is_null
 from soft_sim_ros.scene.interval import FINITE, Interval
-from soft_sim_ros.scene.taper import Taper
+from soft_sim_ros.scene.taper import Floats, Taper
 from soft_sim_ros.scene.words import NAME, misspelt, nearest, to_number
 
 REQUIRED: Any = object()
@@ -196,9 +196,10 @@ class Reader:
         """Raise the error for a key of this mapping, or for the mapping itself."""
         if key is None:
             self._refuse_node(self.node, self.path, expected)
+        line = self._line(self.node)
         if key in self._pairs:
-            self._refuse_node(self._pairs[key][1], self._at(key), expected)
-        raise SceneError(self.document.file, self._at(key), value, expected, self._line(self.node))
+            line, value = self._line(self._pairs[key][0]), self.document.quote(self._pairs[key][1])
+        raise SceneError(self.document.file, self._at(key), value, expected, line)
 
     def _refuse_node(self, node: yaml.Node, path: str, expected: str) -> NoReturn:
         document = self.document
@@ -263,7 +264,7 @@ class Reader:
         )
 
 
-def frozen(values: Any) -> np.ndarray:
+def frozen(values: Any) -> Floats:
     """Return an array that cannot be written to."""
     array = np.array(values, dtype=float)
     array.setflags(write=False)

@@ -8,7 +8,7 @@ import numpy as np
 
 from soft_sim_ros.scene.interval import POSITIVE
 from soft_sim_ros.scene.reader import Reader
-from soft_sim_ros.scene.taper import Taper
+from soft_sim_ros.scene.taper import Floats, Taper
 
 ZERO, ONE = Taper(0.0, 0.0), Taper(1.0, 1.0)
 
@@ -21,7 +21,7 @@ class Reference:
     stretch: Taper = ONE
     shear: tuple[Taper, ...] = (ZERO, ZERO)
 
-    def strain(self, x: np.ndarray) -> np.ndarray:
+    def strain(self, x: Floats) -> Floats:
         """Return ξ₀ (…, 6) at normalised arc lengths x (…)."""
         return np.stack([t(x) for t in (*self.curvature, self.stretch, *self.shear)], axis=-1)
 

@@ -16,6 +16,7 @@ from soft_sim_ros.scene.material import Material
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.reference import Reference, read_reference
 from soft_sim_ros.scene.strains import STRAINS
+from soft_sim_ros.scene.taper import Floats
 
 
 @dataclass(frozen=True)
@@ -33,15 +34,15 @@ class Section:
     reference: Reference = Reference()
     shear_correction: tuple[float, float] | None = None
 
-    def stiffness(self, x: np.ndarray) -> np.ndarray:
+    def stiffness(self, x: Floats) -> Floats:
         """Return (…, 6): G·I_t, E·I_y, E·I_z in N·m², E·A, k_y·G·A, k_z·G·A in N."""
         return self._law(x, self.material.young_modulus, self.material.shear_modulus)
 
-    def damping(self, x: np.ndarray) -> np.ndarray:
+    def damping(self, x: Floats) -> Floats:
         """Return (…, 6): Kelvin–Voigt damping, laid out as the stiffness, N·m²·s and N·s."""
         return self._law(x, self.material.axial_viscosity, self.material.viscosity)
 
-    def inertia(self, x: np.ndarray) -> np.ndarray:
+    def inertia(self, x: Floats) -> Floats:
         """Return (…, 4) per arc length: ρA in kg/m, ρ(I_y + I_z), ρI_y, ρI_z in kg·m."""
         x = np.asarray(x, dtype=float)
         about_y, about_z = self.cross_section.second_moments(x)
@@ -49,18 +50,18 @@ class Section:
         rows = [area, about_y + about_z, about_y, about_z]
         return self.material.density * np.stack(rows, axis=-1)
 
-    def strain0(self, x: np.ndarray) -> np.ndarray:
+    def strain0(self, x: Floats) -> Floats:
         """Return the reference strain ξ₀ (…, 6)."""
         return self.reference.strain(np.asarray(x, dtype=float))
 
-    def shear_factors(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def shear_factors(self, x: Floats) -> tuple[Floats, Floats]:
         """Return (k_y, k_z) in use."""
         if self.shear_correction is None:
             return self.cross_section.shear_factors(x, self.material.poisson_ratio)
         ky, kz = self.shear_correction
         return np.full(np.shape(x), ky), np.full(np.shape(x), kz)
 
-    def _law(self, x: np.ndarray, axial: float, shear: float) -> np.ndarray:
+    def _law(self, x: Floats, axial: float, shear: float) -> Floats:
         """Put a modulus (Pa) or a viscosity (Pa·s) through the cross-section."""
         x = np.asarray(x, dtype=float)
         area = self.cross_section.area(x)

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -14,7 +17,7 @@ class Taper:
     start: float
     end: float
 
-    def __call__(self, x: np.ndarray) -> np.ndarray:
+    def __call__(self, x: Floats) -> Floats:
         """Return the values at normalised arc lengths x in [0, 1], same shape as x."""
         x = np.asarray(x, dtype=float)
         # This form is exact at both ends and gives a constant exactly.

@@ -9,7 +9,7 @@ import numpy as np
 
 from soft_sim_ros.scene.interval import NONNEGATIVE
 from soft_sim_ros.scene.reader import Reader
-from soft_sim_ros.scene.taper import Taper
+from soft_sim_ros.scene.taper import Floats, Taper
 
 
 @dataclass(frozen=True)
@@ -19,11 +19,11 @@ class StraightPath:
     y: Taper
     z: Taper
 
-    def offset(self, u: np.ndarray) -> np.ndarray:
+    def offset(self, u: Floats) -> Floats:
         """Return d (…, 3) at u (…) in [0, 1], start to end of the tendon."""
         return np.stack([np.zeros_like(u), self.y(u), self.z(u)], axis=-1)
 
-    def slope(self, u: np.ndarray) -> np.ndarray:
+    def slope(self, u: Floats) -> Floats:
         """Return dd/du (…, 3)."""
         row = np.array([0.0, self.y.end - self.y.start, self.z.end - self.z.start])
         return np.broadcast_to(row, (*np.shape(u), 3)).copy()
@@ -37,14 +37,14 @@ class HelicalPath:
     angle: float
     turns: float
 
-    def offset(self, u: np.ndarray) -> np.ndarray:
+    def offset(self, u: Floats) -> Floats:
         """Return d (…, 3) at u (…) in [0, 1], start to end of the tendon."""
         phase = self.angle + 2 * math.pi * self.turns * u
         radius = self.radius(u)
         rows = [np.zeros_like(u), radius * np.cos(phase), radius * np.sin(phase)]
         return np.stack(rows, axis=-1)
 
-    def slope(self, u: np.ndarray) -> np.ndarray:
+    def slope(self, u: Floats) -> Floats:
         """Return dd/du (…, 3)."""
         rate = 2 * math.pi * self.turns
         phase = self.angle + rate * u
