@@ -1,0 +1,47 @@
+# make run    the main job: simulate the default arm, drive it, record, replay, summarise
+# make test   every test, with the linter and the type checker
+# Both make the environment in .venv first, if it is missing.
+
+PYTHON ?= python3
+VENV   ?= .venv
+IN_ENV := $(VENV)/bin/python
+
+# Everything stays on this machine unless the caller says otherwise.
+export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
+# A guard of ROS wheels in another environment would keep those of this one from starting up.
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
+
+.PHONY: help run test env warm lint format clean
+
+help:
+	@echo "make run     simulate, drive, record and replay the default arm: see runs/latest"
+	@echo "make test    all tests"
+	@echo "make env     only the environment, in $(VENV)"
+	@echo "make lint    linter and type checker; make format rewrites the sources"
+	@echo "make clean   remove what was built, but not runs/"
+
+env:
+	@$(PYTHON) tools/environment.py "$(VENV)"
+
+warm: env
+	@$(IN_ENV) tools/warm_up.py
+
+run: warm
+	@$(IN_ENV) -m soft_sim_ros demo
+
+lint: env
+	@$(IN_ENV) -m ruff check .
+	@$(IN_ENV) -m ruff format --check .
+	@$(IN_ENV) -m mypy
+
+format: env
+	@$(IN_ENV) -m ruff check --fix .
+	@$(IN_ENV) -m ruff format .
+
+test: lint warm
+	@$(IN_ENV) -m pytest
+
+clean:
+	rm -rf "$(VENV)" build install log dist *.egg-info
+	rm -rf .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,91 @@
+"""Build of an ordinary ament_python package that is also an ordinary pip package."""
+
+import sys
+from glob import glob
+from pathlib import Path
+
+from setuptools import find_packages, setup
+from setuptools.command.install_data import install_data
+
+NAME = "soft_sim_ros"
+VERBS = ("check", "simulate", "replay", "rerun", "recover", "report", "rollout", "demo")
+
+# The one place of requirements. Lower bounds are what Ubuntu 24.04 ships, where it ships them;
+# upper bounds are the next version that may break something.
+REQUIRES = [
+    "numpy>=1.26,<3",
+    "scipy>=1.11,<2",
+    "numba>=0.58,<0.70",
+    "PyYAML>=6.0,<7",
+    "matplotlib>=3.6,<4",
+    "mcap>=1.5,<2",
+]
+EXTRAS = {
+    # ROS 2 Jazzy from PyPI, for machines without a Jazzy of their own.
+    "ros": ["ros-jazzy-rclpy[fastrtps]>=7.1.6,<7.2", "ros-jazzy-common-interfaces>=5.3.6,<5.4"],
+    "test": [
+        "pytest>=7.4,<10",
+        "pytest-timeout>=2.2,<3",
+        "hypothesis>=6.98,<7",
+        "mcap-ros2-support>=0.5.5,<0.7",
+        "rosbags>=0.10,<0.12",
+        "ruff>=0.15,<0.18",
+        "mypy>=1.15,<3",
+        "types-PyYAML>=6.0,<7",
+    ],
+}
+
+# pip builds a wheel, colcon never does. A wheel's console scripts land in bin/, where verbs such as
+# `check` would be bad neighbours and where `ros2 run` does not look.
+FOR_PIP = not {"dist_info", "bdist_wheel", "editable_wheel"}.isdisjoint(sys.argv)
+
+RUN_VERB = """\
+#!/bin/sh
+# `ros2 run {name} {verb}`, with the Python of the environment that this file lies in
+python="$(dirname "$0")/../../bin/python3"
+[ -x "$python" ] || python=python3
+exec "$python" -m {name} {verb} "$@"
+"""
+
+
+class InstallData(install_data):
+    """Data files, and in a wheel the executables of `ros2 run` among them."""
+
+    def run(self):
+        """Install everything."""
+        super().run()
+        for verb in VERBS if FOR_PIP else ():
+            path = Path(self.install_dir, "lib", NAME, verb)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(RUN_VERB.format(name=NAME, verb=verb))
+            path.chmod(0o755)
+            self.outfiles.append(str(path))
+
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="Soft manipulators as Cosserat rods in ROS 2: simulate, command, record, replay",
+    author="soft_sim_ros developers",
+    maintainer="soft_sim_ros developers",
+    maintainer_email="maintainer@example.org",
+    license="Apache-2.0",
+    packages=find_packages(include=[NAME, f"{NAME}.*"]),
+    package_data={"": ["py.typed", "*.html", "*.css", "*.js", "*.json"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
+        (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
+    ],
+    python_requires=">=3.10",
+    install_requires=REQUIRES,
+    extras_require=EXTRAS,
+    tests_require=["pytest"],
+    zip_safe=False,
+    cmdclass={"install_data": InstallData},
+    entry_points={
+        "console_scripts": [f"{NAME} = {NAME}.__main__:main"]
+        + [f"{verb} = {NAME}.commands.{verb}:main" for verb in VERBS if not FOR_PIP],
+    },
+)

@@ -1,0 +1,12 @@
+"""What can be done from a shell: one module per verb, each with ``main(argv=None) -> int``."""
+
+VERBS = {
+    "check": "validate a scene and print its numbers",
+    "simulate": "run the simulator node",
+    "replay": "publish a recording again, with its timing and clock",
+    "rerun": "simulate the recorded commands again and compare, without ROS",
+    "recover": "turn a torn recording into a clean one",
+    "report": "write a page about a recording, and export its arrays",
+    "rollout": "simulate as fast as possible into a recording, without ROS",
+    "demo": "simulate, drive over ROS topics, record, replay, re-simulate and summarise",
+}

@@ -1,0 +1,78 @@
+"""Lines that tell a waiting person what is going on."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, TextIO
+
+REFRESH = 0.2  # s between updates of a line on a terminal
+PERIOD = 5.0  # s between lines anywhere else, such as the log of a build machine
+
+
+class Line:
+    """One line that is rewritten on a terminal, and repeated now and then elsewhere.
+
+    Parameters
+    ----------
+    stream : where it goes; standard error unless told
+    """
+
+    def __init__(self, stream: TextIO | None = None) -> None:
+        self._stream = stream or sys.stderr
+        self._live = self._stream.isatty()
+        self._due = time.monotonic() + (0.0 if self._live else PERIOD)
+        self._shown = ""
+
+    def show(self, text: str) -> None:
+        """Show ``text`` if it is time to."""
+        now = time.monotonic()
+        if now < self._due:
+            return
+        if self._live:
+            self._stream.write("\r" + text.ljust(len(self._shown)))
+            self._due = now + REFRESH
+        else:
+            self._stream.write(text + "\n")
+            self._due = now + PERIOD
+        self._stream.flush()
+        self._shown = text
+
+    def clear(self) -> None:
+        """Take the line off a terminal, so that the next print starts at its left edge."""
+        if self._live and self._shown:
+            self._stream.write("\r" + " " * len(self._shown) + "\r")
+            self._stream.flush()
+            self._shown = ""
+
+
+@contextmanager
+def compiling(stream: TextIO | None = None) -> Iterator[None]:
+    """Show which kernels are being compiled: it happens once per machine and version."""
+    from numba.core import event
+
+    line = Line(stream)
+    start = time.monotonic()
+    names: list[str] = []
+
+    class Watcher(event.Listener):
+        def on_start(self, event: Any) -> None:
+            names.append(event.data["dispatcher"].py_func.__name__)
+            seconds = time.monotonic() - start
+            line.show(
+                f"compiling kernels, once: {len(names)} so far, {seconds:.0f} s ({names[-1]})"
+            )
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    with event.install_listener("numba:compile", Watcher()):
+        try:
+            yield
+        finally:
+            line.clear()
+    if names:
+        seconds = time.monotonic() - start
+        print(f"compiled {len(names)} kernels in {seconds:.1f} s", file=stream or sys.stderr)

@@ -1,0 +1,76 @@
+"""How every verb ends: an exit code, and at most one line that says why."""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+from collections.abc import Callable, Sequence
+
+from soft_sim_ros.errors import SoftSimError, SolverError
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+Main = Callable[[Sequence[str] | None], int]
+
+
+def verb(main: Main) -> Main:
+    """Let ``main`` end with an exit code and one line, whatever the user's files and disks do.
+
+    0 = done, 1 = the run failed, 2 = the input is bad, 130 = interrupted. Only what is a bug of
+    this package still ends in a traceback.
+    """
+
+    @functools.wraps(main)
+    def wrapped(argv: Sequence[str] | None = None) -> int:
+        try:
+            return main(argv)
+        except KeyboardInterrupt:
+            return _end("interrupted", INTERRUPTED)
+        except SolverError as error:
+            return _end(f"error: {error}", FAILED)
+        except SoftSimError as error:
+            return _end(f"error: {error}", BAD_INPUT)
+        except BrokenPipeError:
+            # The reader of a pipe has left; nothing more can be said, not even at exit.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return FAILED
+        except OSError as error:
+            where = f"{error.filename}: " if error.filename else ""
+            return _end(f"error: {where}{error.strerror or error}", BAD_INPUT)
+
+    return wrapped
+
+
+def require_ros(name: str) -> None:
+    """End with a sentence, not with a traceback, where there is no ROS."""
+    try:
+        import rclpy  # noqa: F401
+    except ImportError as error:
+        raise NoRos(name, str(error)) from error
+
+
+class NoRos(SoftSimError):
+    """A verb needs ROS, and there is none.
+
+    Parameters
+    ----------
+    name : the verb
+    reason : what Python said
+    """
+
+    def __init__(self, name: str, reason: str) -> None:
+        super().__init__(name, reason)
+        self.name, self.reason = name, reason
+
+    def __str__(self) -> str:
+        return (
+            f"{self.name} needs ROS 2 Jazzy, but its Python client cannot be imported "
+            f"({self.reason}): source a Jazzy, or use the environment that make builds"
+        )
+
+
+def _end(line: str, code: int) -> int:
+    # A progress line may still stand without its end.
+    print(("\n" if sys.stderr.isatty() else "") + line, file=sys.stderr, flush=True)
+    return code
