@@ -1,0 +1,40 @@
+"""A quiet corner of DDS for each test session: loopback only, a domain of its own."""
+
+from __future__ import annotations
+
+import os
+import random
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+os.environ["ROS_DOMAIN_ID"] = str(random.randint(1, 100))
+
+import rclpy  # noqa: E402 - reads the environment
+from peer import Peer  # noqa: E402
+
+
+@pytest.fixture(scope="session")
+def context():
+    """An rclpy context for the session."""
+    result = rclpy.Context()
+    rclpy.init(context=result)
+    yield result
+    rclpy.shutdown(context=result)
+
+
+@pytest.fixture(scope="session")
+def _peer(context):
+    result = Peer(context)
+    yield result
+    result.close()
+
+
+@pytest.fixture
+def peer(_peer):
+    """A node in the test process; discovery takes seconds, so there is one for all tests."""
+    yield _peer
+    _peer.forget()

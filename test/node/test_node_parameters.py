@@ -1,0 +1,131 @@
+"""Parameters: one table, typed, bounded, and nothing unknown gets in."""
+
+import time
+
+import pytest
+from peer import PROGRAM, Program
+from rcl_interfaces.msg import ParameterType
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from soft_sim_ros.node.parameters import TABLE, ParameterError, declare, on_change
+
+
+@pytest.fixture
+def node_with(context):
+    nodes = []
+
+    def make(*parameters):
+        words = [word for parameter in parameters for word in ("-p", parameter)]
+        nodes.append(
+            Node(
+                f"parameters_{time.monotonic_ns()}",
+                context=context,
+                cli_args=["--ros-args", *words],
+                use_global_arguments=False,
+            )
+        )
+        return nodes[-1]
+
+    yield make
+    for node in nodes:
+        node.destroy_node()
+
+
+def test_without_overrides_every_parameter_has_its_default(node_with):
+    settings = declare(node_with())
+    assert vars(settings) == {row.name: row.default for row in TABLE}
+
+
+def test_every_parameter_is_described_and_bounded_and_read_only_unless_live(node_with):
+    node = node_with()
+    declare(node)
+    for row in TABLE:
+        descriptor = node.describe_parameter(row.name)
+        assert descriptor.description == row.description
+        assert descriptor.read_only != row.live
+        if descriptor.type == ParameterType.PARAMETER_DOUBLE:
+            assert descriptor.floating_point_range[0].to_value == row.high
+        if descriptor.type == ParameterType.PARAMETER_INTEGER:
+            assert descriptor.integer_range[0].to_value == row.high
+
+
+@pytest.mark.parametrize(
+    "override, name, nearest",
+    [
+        ("publish_rte:=10.0", "publish_rte", "publish_rate"),
+        ("realtime_factor:=1.0", "realtime_factor", "real_time_factor"),
+        ("comand_timeout:=1.0", "comand_timeout", "command_timeout"),
+    ],
+)
+def test_an_unknown_override_is_refused_by_name_with_the_nearest_known_one(
+    node_with, override, name, nearest
+):
+    with pytest.raises(ParameterError, match=f"{name!r}.*{nearest!r}"):
+        declare(node_with(override))
+
+
+@pytest.mark.parametrize(
+    "override, message",
+    [
+        ("publish_rate:=fast", "publish_rate = 'fast': expected a number"),
+        ("publish_rate:=0.0", "publish_rate = 0.0: expected 0.1 to 10000"),
+        ("real_time_factor:=.nan", "real_time_factor = nan: expected 0 to 1000"),
+        ("command_timeout:=-1", "command_timeout = -1.0: expected 0 to"),
+        ("poses:=1", "poses = 1: expected 2 to 10000"),
+        ("poses:=20.0", "poses = 20.0: expected a integer"),
+        ("publish_clock:=1", "publish_clock = 1: expected a boolean"),
+        ("frame_id:=tip", "frame_id = 'tip'"),
+    ],
+)
+def test_an_unusable_value_is_refused_with_what_is_expected(node_with, override, message):
+    with pytest.raises(ParameterError) as caught:
+        declare(node_with(override))
+    assert message in str(caught.value)
+
+
+def test_all_faults_are_said_at_once(node_with):
+    with pytest.raises(ParameterError) as caught:
+        declare(node_with("poses:=1", "pose:=1", "publish_rate:=0.0"))
+    assert len(caught.value.lines) == 3
+
+
+def test_a_whole_number_is_a_number(node_with):
+    settings = declare(node_with("publish_rate:=250"))
+    assert settings.publish_rate == 250.0
+    assert isinstance(settings.publish_rate, float)
+
+
+def test_live_parameters_change_and_others_do_not(node_with):
+    node = node_with()
+    declare(node)
+    heard = []
+    on_change(node, lambda name, value: heard.append((name, value)))
+    (accepted,) = node.set_parameters([Parameter("real_time_factor", value=2.5)])
+    assert accepted.successful
+    (refused,) = node.set_parameters([Parameter("publish_rate", value=50.0)])
+    assert not refused.successful
+    assert "read-only" in refused.reason
+    (nan,) = node.set_parameters([Parameter("real_time_factor", value=float("nan"))])
+    assert not nan.successful
+    assert heard == [("real_time_factor", 2.5)]
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (("--ros-args", "-p", "recrod:=/tmp/x"), "unknown parameter 'recrod'"),
+        (("--ros-args", "-p", "scene:=no_such_arm"), "no_such_arm"),
+        (
+            ("--ros-args", "-p", "qos_overrides./soft_arm/backbon.publisher.depth:=5"),
+            "unknown parameter 'qos_overrides./soft_arm/backbon.publisher.depth'",
+        ),
+        (("scene.yaml",), "unexpected 'scene.yaml'"),
+    ],
+)
+def test_the_node_does_not_start_with_what_it_does_not_understand(tmp_path, arguments, message):
+    program = Program(tmp_path, PROGRAM, *arguments)
+    assert program.wait(240.0) == 2
+    assert message in program.text
+    assert "Traceback" not in program.text
+
+
