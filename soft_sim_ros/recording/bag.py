@@ -104,6 +104,8 @@ class Bag:
     def push(self) -> None:
         """Put the finished chunks on disk."""
         self._file.push()
+        if self._file.size >= self._split_bytes:
+            self.commit()
 
     def commit(self) -> None:
         """Put every message on disk, and begin a new file if this one has become large."""

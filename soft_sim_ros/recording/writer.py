@@ -19,7 +19,8 @@ FLUSH_PERIOD = 0.25  # s of wall time; what a SIGKILL may cost, together with th
 _POLL_PERIOD = 0.01  # s
 _RETRY_PERIOD = 0.25  # s between attempts on a disk that failed
 _OVERHEAD = 160  # bytes that a queued message costs beyond its data
-_BURST = 8  # messages taken before the interpreter is left to other threads
+_BURST = 8  # messages taken before the interpreter is left to other threads ...
+_BACKLOG = 1024 * 1024  # ... as long as the queue is shorter than this, bytes
 
 
 class BagWriter:
@@ -208,7 +209,7 @@ class BagWriter:
                 if time.monotonic() - self._committed_at >= FLUSH_PERIOD:
                     self._commit()
             count += 1
-            if count % _BURST == 0 and self.queued_bytes < self.limit_bytes // 4:
+            if count % _BURST == 0 and self.queued_bytes < _BACKLOG:
                 time.sleep(0.0001)  # other threads wait for the interpreter, not for the queue
 
     def _commit(self) -> None:
