@@ -4,8 +4,9 @@ import sys
 from glob import glob
 from pathlib import Path
 
-from setuptools import find_packages, setup
-from setuptools.command.install_data import install_data
+from setuptools import Distribution, find_packages, setup
+
+from distutils.command.install_data import install_data  # isort: skip  (setuptools brings distutils)
 
 NAME = "soft_sim_ros"
 VERBS = ("check", "simulate", "replay", "rerun", "recover", "report", "rollout", "demo")
@@ -48,6 +49,14 @@ exec "$python" -m {name} {verb} "$@"
 """
 
 
+class Package(Distribution):
+    """A package whose editable install has data files too."""
+
+    def has_data(self):
+        """Say so under the name that setuptools' editable install asks for."""
+        return self.has_data_files()
+
+
 class InstallData(install_data):
     """Data files, and in a wheel the executables of `ros2 run` among them."""
 
@@ -83,6 +92,7 @@ setup(
     extras_require=EXTRAS,
     tests_require=["pytest"],
     zip_safe=False,
+    distclass=Package,
     cmdclass={"install_data": InstallData},
     entry_points={
         "console_scripts": [f"{NAME} = {NAME}.__main__:main"]

@@ -132,13 +132,15 @@ def install(venv: Path, jazzy: bool) -> None:
             log.write(line)
             word, _, rest = line.strip().partition(" ")
             count += word == "Collecting"
-            if word in ("ERROR:", "WARNING:") or line.startswith("Installing collected"):
-                print(f"  {line.strip()[:150]}", flush=True)
+            if line.startswith("Installing collected packages"):
+                print(f"  unpacking {line.count(',') + 1} packages", flush=True)
             elif word in ("Collecting", "Downloading") and time.monotonic() - shown > 2.0:
                 shown = time.monotonic()
                 print(f"  package {count}: {rest.split(' ')[0]}", flush=True)
         if pip.wait():
-            raise Refused(f"pip ended with exit code {pip.returncode}; see {venv / LOG}")
+            log.flush()
+            last = "\n  ".join((venv / LOG).read_text().splitlines()[-12:])
+            raise Refused(f"pip ended with exit code {pip.returncode}; it said last:\n  {last}")
 
 
 def make(venv: Path) -> None:
