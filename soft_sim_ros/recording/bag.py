@@ -101,12 +101,6 @@ class Bag:
         """Take one message of the channel with this index."""
         self._file.add(channel, time_ns, data, sequence)
 
-    def push(self) -> None:
-        """Put the finished chunks on disk."""
-        self._file.push()
-        if self._file.size >= self._split_bytes:
-            self.commit()
-
     def commit(self) -> None:
         """Put every message on disk, and begin a new file if this one has become large."""
         self._file.commit()

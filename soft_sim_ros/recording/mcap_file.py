@@ -138,7 +138,7 @@ class McapFile:
         return len(self._stage)
 
     def add(self, channel: int, time_ns: int, data: bytes, sequence: int = 0) -> None:
-        """Take one message; nothing reaches the disk before ``push`` or ``commit``."""
+        """Take one message; nothing reaches the disk before ``commit``."""
         self._writer.add_message(self._ids[channel], time_ns, data, time_ns, sequence)
         summary, topic = self.summary, self._channels[channel].topic
         if not summary.counts:
@@ -146,10 +146,6 @@ class McapFile:
         summary.start = min(summary.start, time_ns)
         summary.end = max(summary.end, time_ns)
         summary.counts[topic] = summary.counts.get(topic, 0) + 1
-
-    def push(self) -> None:
-        """Put the finished chunks on disk; raise OSError if it does not take them."""
-        self._stage.commit()
 
     def commit(self) -> None:
         """Put every message on disk; after an OSError, call it again later."""

@@ -201,13 +201,12 @@ class BagWriter:
     def _take(self) -> None:
         count = 0
         while self._queue:
-            index, time_ns, data = self._queue.popleft()
+            index, time_ns, data = self._queue[0]
             self._bag.add(index, time_ns, data)
+            self._queue.popleft()  # only now: what is not taken is still there to be counted
             self._left += len(data) + _OVERHEAD
-            if self._bag.staged:
-                self._bag.push()
-                if time.monotonic() - self._committed_at >= FLUSH_PERIOD:
-                    self._commit()
+            if self._bag.staged:  # a chunk is full
+                self._commit()
             count += 1
             if count % _BURST == 0 and self.queued_bytes < _BACKLOG:
                 time.sleep(0.0001)  # other threads wait for the interpreter, not for the queue
