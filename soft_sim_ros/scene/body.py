@@ -130,7 +130,7 @@ def _read_joint(reader: Reader, name: str) -> Joint:
     axis = reader.vector("axis", 3)
     norm = float(np.linalg.norm(axis))
     if not 1e-100 < norm < 1e100:
-        reader.refuse("a direction of ordinary length", "axis")
+        reader.refuse(f"a direction, not a vector of length {norm:g}", "axis")
     return Joint(
         name,
         kind,

@@ -157,6 +157,7 @@ DIMENSIONS = {
 
 def read_cross_section(reader: Reader) -> CrossSection:
     """Read ``cross_section`` of a section: ``shape`` and its dimensions."""
+    reader.one_of(("shape",))
     shape = reader.choice("shape", DIMENSIONS)
     reader.only("shape", *DIMENSIONS[shape])
     if shape == "circle":

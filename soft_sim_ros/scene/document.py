@@ -16,6 +16,18 @@ LONGEST_QUOTE = 60
 MERGE = "tag:yaml.org,2002:merge"
 
 
+class _Loader(yaml.SafeLoader):
+    """Composes nodes, and refuses tags, which would mean nothing here."""
+
+    def compose_node(self, parent: yaml.Node | None, index: object) -> yaml.Node | None:
+        """Compose the next node."""
+        event = self.peek_event()
+        tag = getattr(event, "tag", None)
+        if tag is not None:
+            raise yaml.composer.ComposerError(None, None, f"found the tag {tag}", event.start_mark)
+        return super().compose_node(parent, index)
+
+
 @dataclass(frozen=True)
 class Document:
     """A text, the name of its file, and the root of its YAML tree."""
@@ -28,12 +40,7 @@ class Document:
     def parse(text: str, file: str) -> Document:
         """Compose the one YAML document of a text; syntax errors name file and line."""
         try:
-            for token in yaml.scan(text, Loader=yaml.SafeLoader):
-                if isinstance(token, yaml.TagToken):
-                    tag = "".join(part for part in token.value if part)
-                    line = token.start_mark.line + 1
-                    raise SceneError(file, "", tag, "YAML without tags", line)
-            root = yaml.compose(text, Loader=yaml.SafeLoader)
+            root = yaml.compose(text, Loader=_Loader)
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             problem = error.problem or error.context or "not YAML"
@@ -47,10 +54,12 @@ class Document:
         return Document(file, text, root)
 
     def quote(self, node: yaml.Node) -> str:
-        """Return what was written for a node, on one line and not too long."""
+        """Return what was written for a node, cut after its first line."""
         written = self.text[node.start_mark.index : node.end_mark.index]
-        line = " ".join(written.split()) or "(nothing)"
-        return line if len(line) <= LONGEST_QUOTE else line[: LONGEST_QUOTE - 1] + "…"
+        first, *more = written.strip().splitlines() or ["(nothing)"]
+        if more or len(first) > LONGEST_QUOTE:
+            return first[: LONGEST_QUOTE - 2].rstrip() + " …"
+        return first
 
 
 def _syntax_error(file: str, problem: str, line: int | None = None) -> SceneError:

@@ -31,16 +31,16 @@ class Interval:
         return above and below
 
     def __str__(self) -> str:
-        """Finish the sentence "expected a number …"."""
+        """Finish the sentence "expected a …"."""
         infinite_ends = math.isinf(self.low), math.isinf(self.high)
         if infinite_ends == (True, True):
-            return "(.inf allowed)" if self.high_closed else "(finite)"
+            return "number or .inf" if self.high_closed else "finite number"
         if infinite_ends == (False, True):
-            return f"{'>=' if self.low_closed else '>'} {self.low:g}"
+            return f"number {'>=' if self.low_closed else '>'} {self.low:g}"
         if infinite_ends == (True, False):
-            return f"{'<=' if self.high_closed else '<'} {self.high:g}"
+            return f"number {'<=' if self.high_closed else '<'} {self.high:g}"
         left, right = "[" if self.low_closed else "(", "]" if self.high_closed else ")"
-        return f"in {left}{self.low:g}, {self.high:g}{right}"
+        return f"number in {left}{self.low:g}, {self.high:g}{right}"
 
 
 FINITE = Interval.parse("(-inf, inf)")

@@ -9,7 +9,7 @@ from soft_sim_ros.scene.interval import POSITIVE, Interval
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.strains import STRAINS
 
-INTEGRATORS = ("sdirk2", "generalized_alpha", "implicit_midpoint", "trapezoidal")
+INTEGRATORS = ("sdirk2", "sdirk3", "sdirk4", "implicit_midpoint", "generalized_alpha")
 BASES = ("legendre", "chebyshev", "monomial", "constant", "linear")
 FIXED_ORDER = {"constant": 0, "linear": 1}
 DEFAULT_ORDER = {

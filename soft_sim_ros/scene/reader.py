@@ -73,21 +73,21 @@ class Reader:
 
     def number(self, key: str, within: Interval = FINITE, default: Any = REQUIRED) -> Any:
         """Return a number; ``default`` if the key is absent."""
-        node = self._find(key, default, f"a number {within}")
+        node = self._find(key, default, f"a {within}")
         return default if node is None else self._number(node, within, self._at(key))
 
     def whole(self, key: str, within: Interval, default: Any = REQUIRED) -> Any:
         """Return a whole number."""
         value = self.number(key, within, default)
         if key in self._pairs and value != int(value):
-            self.refuse(f"a whole number {within}", key)
+            self.refuse(f"a whole {within}", key)
         return int(value) if key in self._pairs else value
 
     def vector(
         self, key: str, size: int, within: Interval = FINITE, default: Any = REQUIRED
     ) -> Any:
         """Return a list of numbers as a read-only array (size,)."""
-        expected = f"a list of {size} numbers" + ("" if within is FINITE else f" {within}")
+        expected = f"a list of {size} entries, each a {within}"
         node = self._find(key, default, expected)
         if node is None:
             return frozen(default)
@@ -97,7 +97,7 @@ class Reader:
 
     def taper(self, key: str, within: Interval = FINITE, default: Any = REQUIRED) -> Taper:
         """Return a number, or a pair of numbers [start, end] with a straight line between."""
-        node = self._find(key, default, f"a number {within} or a pair [start, end] of them")
+        node = self._find(key, default, f"a {within} or a pair [start, end] of them")
         return Taper(default, default) if node is None else self._taper(node, within, self._at(key))
 
     def tapers(self, key: str, size: int, default: float) -> tuple[Taper, ...]:
@@ -251,14 +251,14 @@ class Reader:
     def _number(self, node: yaml.Node, within: Interval, path: str) -> float:
         value = to_number(node)
         if math.isnan(value) or value not in within:
-            self._refuse_node(node, path, f"a number {within}")
+            self._refuse_node(node, path, f"a {within}")
         return value
 
     def _taper(self, node: yaml.Node, within: Interval, path: str) -> Taper:
         if not isinstance(node, yaml.SequenceNode):
             value = self._number(node, within, path)
             return Taper(value, value)
-        start, end = self._items(node, 2, f"a number {within} or a pair [start, end]", path)
+        start, end = self._items(node, 2, f"a {within} or a pair [start, end]", path)
         return Taper(
             self._number(start, within, f"{path}[0]"), self._number(end, within, f"{path}[1]")
         )
