@@ -7,6 +7,7 @@ The tree stops short of Python values: YAML 1.1 would read ``1e6`` as text, ``1:
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import yaml
 
@@ -19,7 +20,7 @@ MERGE = "tag:yaml.org,2002:merge"
 class _Loader(yaml.SafeLoader):
     """Composes nodes, and refuses tags, which would mean nothing here."""
 
-    def compose_node(self, parent: yaml.Node | None, index: object) -> yaml.Node | None:
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         """Compose the next node."""
         event = self.peek_event()
         tag = getattr(event, "tag", None)

@@ -105,8 +105,9 @@ def _check_representable(reader: Reader, section: Section) -> None:
     for component, name in enumerate(STRAINS):
         for value in stiffness[:, component]:
             if not (value > np.finfo(float).tiny and np.isfinite(value)):
-                reader.refuse(
-                    f"a {name} stiffness > 0 and finite, it is {value:g}", "cross_section"
-                )
+                # Cowper's factor of a flat ellipse turns negative for auxetic materials.
+                hint = " (give shear_correction)" if name.startswith("shear") else ""
+                expected = f"a {name} stiffness > 0 and finite, it is {value:g}{hint}"
+                reader.refuse(expected, "cross_section")
     if not (np.all(inertia > np.finfo(float).tiny) and np.all(np.isfinite(inertia))):
         reader.refuse("a mass and inertia per length > 0 and finite", "cross_section")

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad, quad
 
+from soft_sim_ros.errors import SceneError
+from soft_sim_ros.scene import parse_scene
 from soft_sim_ros.scene.cross_section import Annulus, Circle, Ellipse, Rectangle
 from soft_sim_ros.scene.taper import Taper
 
@@ -139,3 +141,20 @@ def test_answers_have_the_shape_of_the_question(section):
     answers = [section.area(x), section.torsion_constant(x)]
     answers += [*section.second_moments(x), *section.shear_factors(x, 0.3)]
     assert {answer.shape for answer in answers} == {(2, 3)}
+
+
+def test_flat_auxetic_ellipse_asks_for_a_shear_correction():
+    text = """
+materials: {foam: {young_modulus: 1e5, poisson_ratio: -0.5, density: 100}}
+bodies:
+  - rod: arm
+    sections:
+      - name: a
+        length: 1
+        material: foam
+        cross_section: {shape: ellipse, semi_axis_y: 0.001, semi_axis_z: 0.02}
+"""
+    with pytest.raises(SceneError, match=r"shear_y stiffness > 0 .*it is -.*give shear_correction"):
+        parse_scene(text)
+    section = parse_scene(text + "        shear_correction: 0.9\n").bodies[0].sections[0]
+    assert section.shear_factors(BASE) == (0.9, 0.9)
