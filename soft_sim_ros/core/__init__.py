@@ -1,0 +1,1 @@
+"""Rod dynamics: SE(3), compilation of scenes, dynamics, statics, modes, integration."""

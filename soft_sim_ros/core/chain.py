@@ -1,0 +1,263 @@
+"""From bodies to segments: a growing chain that compile.py writes into flat arrays."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..scene import Basis, Joint, Pose, RigidBody, Rod, Section
+from ..scene.strains import STRAINS
+from . import se3
+from .bases import ElementBasis, get_basis
+from .model import Floats
+from .quadrature import gauss, lobatto
+
+GAUSS2 = gauss(2)[0]
+ANGULAR = 3  # strain components below this index are rotations
+
+Entry = tuple[int, int, float, float]  # coordinate, component, value at the two Gauss points
+
+
+@dataclass
+class Segment:
+    """One step of the chain (see model.py)."""
+
+    half: float
+    kappa: float
+    xi0: Floats
+    entries: list[Entry] = field(default_factory=list)
+    span: tuple[float, float] = (0.0, 0.0)  # arc lengths in its rod, m
+
+
+@dataclass
+class Block:
+    """Consecutive segments that share the coordinates begin … end − 1."""
+
+    begin: int
+    end: int
+    first_segment: int
+    stiffness: Floats
+    damping: Floats
+
+
+@dataclass
+class Element:
+    """A piece of a section with smooth data, and the coordinates that bend it."""
+
+    section: Section
+    section_span: tuple[float, float]  # arc lengths in the rod, m
+    span: tuple[float, float]
+    ends: Floats  # element ends of the section, m
+    basis: Basis
+    columns: list[tuple[int, int, int]]  # component, first coordinate, count
+    first_segment: int
+
+    def values(self, component_columns: tuple[int, int, int], s: Floats) -> Floats:
+        """Return basis values (len(s), count) of one strain at arc lengths s of the rod."""
+        component, _, _ = component_columns
+        rule = get_basis(self.basis.kind)
+        if isinstance(rule, ElementBasis):
+            begin, end = self.span
+            t = (2.0 * s - begin - end) / (end - begin)
+            return rule.values(self.basis.order[STRAINS[component]], t)
+        return rule.values(self.ends, s)
+
+    def normalised(self, s: Floats) -> Floats:
+        """Return section coordinates x ∈ [0, 1] of arc lengths of the rod."""
+        begin, end = self.section_span
+        return np.clip((s - begin) / (end - begin), 0.0, 1.0)
+
+    def step(self, begin: float, end: float) -> Segment:
+        """Return the fourth-order Magnus step between two arc lengths inside the element."""
+        h = end - begin
+        points = begin + h * GAUSS2
+        segment = Segment(
+            half=0.5 * h,
+            kappa=math.sqrt(3.0) * h * h / 12.0,
+            xi0=self.section.strain0(self.normalised(points)),
+            span=(begin, end),
+        )
+        for columns in self.columns:
+            component, first, count = columns
+            phi = self.values(columns, points)
+            segment.entries += [
+                (first + j, component, phi[0, j], phi[1, j])
+                for j in range(count)
+                if phi[0, j] != 0.0 or phi[1, j] != 0.0
+            ]
+        return segment
+
+
+@dataclass
+class RodMap:
+    """Where a rod lies in the chain."""
+
+    rod: Rod
+    first_node: int
+    elements: list[Element]
+    last_node: int = 0
+
+
+class Chain:
+    """A chain of segments under construction; node 0 is the base frame."""
+
+    def __init__(self) -> None:
+        self.segments: list[Segment] = []
+        self.inertia: list[Floats] = [np.zeros(4)]
+        self.blocks: list[Block] = []
+        self.names: list[str] = []
+        self.rods: dict[str, RodMap] = {}
+        self.frames: dict[str, int] = {}  # node of a joint or a rigid body
+        self.joints: dict[str, int] = {}  # coordinate of a joint
+
+    @property
+    def node(self) -> int:
+        """Index of the last node."""
+        return len(self.segments)
+
+    def add(self, segment: Segment, inertia: Floats | None = None) -> None:
+        """Append a segment and the node after it."""
+        self.segments.append(segment)
+        self.inertia.append(np.zeros(4) if inertia is None else inertia.copy())
+
+    def rigid(self, pose: Pose) -> None:
+        """Append a rigid offset, unless it is the identity."""
+        twist = se3.log(se3.pose_matrix(pose.position, pose.quaternion))
+        if np.any(twist != 0.0):
+            self._open_block(0, np.zeros((0, 0)), np.zeros((0, 0)))
+            self.add(Segment(0.5, 0.0, np.array([twist, twist])))
+
+    def _open_block(self, count: int, stiffness: Floats, damping: Floats) -> int:
+        begin = len(self.names)
+        self.blocks.append(Block(begin, begin + count, self.node, stiffness, damping))
+        return begin
+
+    def joint(self, joint: Joint) -> None:
+        """Append a joint: its offset, then a rotation about its axis."""
+        self.rigid(joint.offset)
+        if joint.kind == "revolute":
+            column = self._open_block(1, np.array([[joint.stiffness]]), np.array([[joint.damping]]))
+            entries = [(column, c, joint.axis[c], joint.axis[c]) for c in range(3) if joint.axis[c]]
+            self.add(Segment(0.5, 0.0, np.zeros((2, 6)), entries))
+            self.names.append(joint.name)
+            self.joints[joint.name] = column
+        self.frames[joint.name] = self.node
+
+    def rigid_body(self, body: RigidBody) -> None:
+        """Append a mass: out to its centre, and back."""
+        self.frames[body.name] = self.node
+        row = np.array([body.mass, *body.inertia])
+        out = se3.pose_matrix(body.com.position, body.com.quaternion)
+        twist = se3.log(out)
+        if np.any(twist != 0.0):
+            self.rigid(body.com)
+            self.inertia[-1] += row
+            self._open_block(0, np.zeros((0, 0)), np.zeros((0, 0)))
+            self.add(Segment(0.5, 0.0, np.array([-twist, -twist])))
+        else:
+            self.inertia[-1] += row
+
+    def rod(self, rod: Rod, basis: Basis, cuts: set[float]) -> None:
+        """Append a rod, cut at section ends, element ends and the arc lengths ``cuts`` in m."""
+        rod_map = RodMap(rod, self.node, [])
+        self.rods[rod.name] = rod_map
+        for i, section in enumerate(rod.sections):
+            begin, end = rod.boundaries[i], rod.boundaries[i + 1]
+            marks = set(np.linspace(begin, end, basis.elements + 1).tolist())
+            marks |= {s for s in cuts if begin < s < end}
+            ends = _merge(sorted(marks), 1e-9 * rod.length)
+            ends[0], ends[-1] = begin, end
+            self._section(rod_map, section, (begin, end), np.array(ends), basis)
+        rod_map.last_node = self.node
+
+    def _section(
+        self,
+        rod_map: RodMap,
+        section: Section,
+        span: tuple[float, float],
+        ends: Floats,
+        basis: Basis,
+    ) -> None:
+        rod = rod_map.rod
+        rule = get_basis(basis.kind)
+        strains = [(STRAINS.index(name), name) for name in rod.strains]
+        own = isinstance(rule, ElementBasis)
+        elements: list[Element] = []
+        for i in range(len(ends) - 1):
+            if own or i == 0:
+                columns, labels = [], []
+                for component, name in strains:
+                    count = (
+                        rule.count(basis.order[name])
+                        if isinstance(rule, ElementBasis)
+                        else rule.count(ends)
+                    )
+                    columns.append((component, len(self.names) + len(labels), count))
+                    where = f"[{i}]" if own and len(ends) > 2 else ""
+                    labels += [f"{rod.name}/{section.name}{where}/{name}/{j}" for j in range(count)]
+            elements.append(
+                Element(section, span, (ends[i], ends[i + 1]), ends, basis, columns, self.node)
+            )
+            if own:
+                self._fill([elements[-1]], labels, basis)
+        if not own:
+            self._fill(elements, labels, basis)
+        rod_map.elements += elements
+
+    def _fill(self, elements: list[Element], labels: list[str], basis: Basis) -> None:
+        """Open one block over ``elements`` and append their segments and nodes."""
+        stiffness, damping = block_matrices(elements, len(labels))
+        self._open_block(len(labels), stiffness, damping)
+        self.names += labels
+        for element in elements:
+            element.first_segment = self.node
+            nodes, weights = lobatto(basis.nodes or default_nodes(basis))
+            begin, end = element.span
+            s = begin + (end - begin) * nodes
+            s[-1] = end
+            lumped = (
+                element.section.inertia(element.normalised(s)) * ((end - begin) * weights)[:, None]
+            )
+            self.inertia[-1] += lumped[0]
+            for k in range(len(s) - 1):
+                self.add(element.step(s[k], s[k + 1]), lumped[k + 1])
+
+
+def _merge(marks: list[float], tolerance: float) -> list[float]:
+    """Drop marks closer than ``tolerance`` to the one before."""
+    kept = marks[:1]
+    for mark in marks[1:]:
+        if mark - kept[-1] > tolerance:
+            kept.append(mark)
+    return kept
+
+
+def default_nodes(basis: Basis) -> int:
+    """Return enough Gauss–Lobatto nodes that quadrature does not limit the basis."""
+    return max(basis.order.values(), default=0) + 3
+
+
+def block_matrices(elements: list[Element], count: int) -> tuple[Floats, Floats]:
+    """Return ∫ Φᵀ H Φ ds and ∫ Φᵀ Γ Φ ds (count, count) of a block.
+
+    Exact where stiffness and damping are polynomials of degree 8 at most.
+    """
+    stiffness, damping = np.zeros((count, count)), np.zeros((count, count))
+    base = min((c[1] for c in elements[0].columns), default=0)
+    for element in elements:
+        begin, end = element.span
+        top = max((c[2] for c in element.columns), default=1)
+        x, w = gauss(top + 5)
+        s = begin + (end - begin) * x
+        law = element.section.stiffness(element.normalised(s))
+        loss = element.section.damping(element.normalised(s))
+        for columns in element.columns:
+            component, first, number = columns
+            phi = element.values(columns, s)
+            at = slice(first - base, first - base + number)
+            weights = (end - begin) * w[:, None]
+            stiffness[at, at] += phi.T @ (weights * law[:, component, None] * phi)
+            damping[at, at] += phi.T @ (weights * loss[:, component, None] * phi)
+    return stiffness, damping

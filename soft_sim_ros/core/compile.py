@@ -1,0 +1,302 @@
+"""Compile a validated scene into the flat arrays of model.py.
+
+Nothing that the scene lacks gets an array entry.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..scene import (
+    DistributedLoad,
+    Joint,
+    JointActuator,
+    MomentActuator,
+    PointLoad,
+    RigidBody,
+    Rod,
+    Scene,
+    TendonActuator,
+)
+from ..scene.strains import STRAINS
+from . import se3
+from .chain import ANGULAR, GAUSS2, Chain, Element, RodMap, Segment, default_nodes
+from .model import Floats, Loads, Model, Samples
+from .quadrature import gauss, lobatto
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A model, and what is needed to speak about it in the scene's words."""
+
+    scene: Scene
+    chain: Chain
+    model: Model
+    loads: Loads
+    base: Floats  # (4, 4) base pose in the world
+    gravity: Floats  # (3,) in the base frame, m/s²
+    coordinate_names: tuple[str, ...]
+    length: float  # sum of rod lengths, m; 1 for a chain without rods
+
+
+def compile_scene(scene: Scene) -> Compiled:
+    """Return the compiled scene."""
+    base = se3.pose_matrix(scene.base.position, scene.base.quaternion)
+    chain = build_chain(scene)
+    length = sum(m.rod.length for m in chain.rods.values()) or 1.0
+    return Compiled(
+        scene=scene,
+        chain=chain,
+        model=_flatten(scene, chain, length),
+        loads=_lump_loads(scene, chain, base[:3, :3]),
+        base=base,
+        gravity=base[:3, :3].T @ scene.gravity,
+        coordinate_names=tuple(chain.names),
+        length=length,
+    )
+
+
+def build_chain(scene: Scene) -> Chain:
+    """Return the chain of segments of a scene, rods cut where loads and tendons jump."""
+    cuts: dict[str, set[float]] = {body.name: set() for body in scene.bodies}
+    for load in scene.loads:
+        if isinstance(load, PointLoad):
+            cuts[load.body].add(load.s)
+        else:
+            cuts[load.body] |= {load.start, load.end}
+    for actuator in scene.actuators:
+        if isinstance(actuator, TendonActuator):
+            cuts[actuator.rod] |= {actuator.start, actuator.end}
+    chain = Chain()
+    for body in scene.bodies:
+        if isinstance(body, Rod):
+            chain.rod(body, scene.numerics.rods[body.name], cuts[body.name])
+        elif isinstance(body, Joint):
+            chain.joint(body)
+        elif isinstance(body, RigidBody):
+            chain.rigid_body(body)
+    return chain
+
+
+def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
+    blocks, segments = chain.blocks, chain.segments
+    sizes = [block.stiffness.size for block in blocks]
+    entries = _flat_entries(segments)
+    ports = [_port(chain, actuator) for actuator in scene.actuators]
+    tendons = [_tendon(chain, actuator) for actuator in scene.actuators]
+    model = Model(
+        half=_floats([s.half for s in segments]),
+        kappa=_floats([s.kappa for s in segments]),
+        xi0=_floats([s.xi0 for s in segments]).reshape(-1, 2, 6),
+        entry_ptr=entries[0],
+        entry_col=entries[1],
+        entry_comp=entries[2],
+        entry_phi=entries[3],
+        inertia=_floats(chain.inertia),
+        block_col=_ints([*(block.begin for block in blocks), len(chain.names)]),
+        block_seg=_ints([*(block.first_segment for block in blocks), len(segments)]),
+        block_off=_ints([0, *np.cumsum(sizes)]),
+        stiffness=_floats(np.concatenate([[], *(block.stiffness.ravel() for block in blocks)])),
+        damping=_floats(np.concatenate([[], *(block.damping.ravel() for block in blocks)])),
+        weight=_weights(chain, length),
+        port_ptr=_ints([0, *np.cumsum([len(p) for p in ports])]),
+        port_col=_ints([column for p in ports for column, _ in p]),
+        port_gain=_floats([gain for p in ports for _, gain in p]),
+        tendon_ptr=_ints([0, *np.cumsum([len(t) for t in tendons])]),
+        tendon_seg=_ints([k for t in tendons for k, _ in t]),
+        tendon_path=_floats([path for t in tendons for _, path in t]).reshape(-1, 2, 2, 3),
+        tendon_rest=np.zeros(len(scene.actuators)),
+    )
+    for i, pieces in enumerate(tendons):
+        for k, path in pieces:
+            for g in range(2):
+                xi = model.xi0[k, g]
+                stretched = xi[3:] + np.cross(xi[:3], path[g, 0]) + path[g, 1]
+                model.tendon_rest[i] += model.half[k] * np.linalg.norm(stretched)
+    return model
+
+
+def _flat_entries(segments: list[Segment]) -> tuple:
+    flat = [entry for segment in segments for entry in segment.entries]
+    return (
+        _ints([0, *np.cumsum([len(segment.entries) for segment in segments])]),
+        _ints([entry[0] for entry in flat]),
+        _ints([entry[1] for entry in flat]),
+        _floats([entry[2:] for entry in flat]).reshape(-1, 2),
+    )
+
+
+def _weights(chain: Chain, length: float) -> Floats:
+    """Return how far (in arm lengths) a unit of each coordinate may move the tip."""
+    weights = np.zeros(len(chain.names))
+    ahead = length
+    for name, column in chain.joints.items():
+        behind = sum(m.rod.length for m in chain.rods.values() if m.first_node < chain.frames[name])
+        weights[column] = max(length - behind, 0.1 * length) / length
+    for rod_map in chain.rods.values():
+        for element in rod_map.elements:
+            begin, end = element.span
+            x, w = gauss(12)
+            s = begin + (end - begin) * x
+            for columns in element.columns:
+                component, first, count = columns
+                lever = ahead - s if component < ANGULAR else np.ones_like(s)
+                amount = np.abs(element.values(columns, s)) * (w * lever * (end - begin))[:, None]
+                weights[first : first + count] += amount.sum(axis=0) / length
+        ahead -= rod_map.rod.length
+    return weights
+
+
+def _port(chain: Chain, actuator: object) -> list[tuple[int, float]]:
+    """Return (coordinate, gain) of the linear part of an actuator's position."""
+    if isinstance(actuator, JointActuator):
+        return [(chain.joints[actuator.joint], 1.0)]
+    if not isinstance(actuator, MomentActuator):
+        return []
+    gains: dict[int, float] = {}
+    component = STRAINS.index(actuator.strain)
+    for element in chain.rods[actuator.rod].elements:
+        if element.section.name != actuator.section:
+            continue
+        begin, end = element.span
+        for columns in element.columns:
+            if columns[0] == component:
+                x, w = gauss(columns[2] + 1)
+                integral = (end - begin) * w @ element.values(columns, begin + (end - begin) * x)
+                for j, value in enumerate(integral):
+                    gains[columns[1] + j] = gains.get(columns[1] + j, 0.0) + value
+    # integrals that vanish by orthogonality are round-off
+    largest = max((abs(v) for v in gains.values()), default=0.0)
+    return [(c, v) for c, v in gains.items() if abs(v) > 1e-14 * largest]
+
+
+def _tendon(chain: Chain, actuator: object) -> list[tuple[int, Floats]]:
+    """Return (segment, path (2, 2, 3)) for every segment along a tendon."""
+    if not isinstance(actuator, TendonActuator):
+        return []
+    pieces = []
+    for k, segment in _rod_segments(chain, chain.rods[actuator.rod]):
+        begin, end = segment.span
+        middle = 0.5 * (begin + end)
+        if actuator.start < middle < actuator.end:
+            s = begin + (end - begin) * GAUSS2
+            pieces.append((k, np.stack([actuator.offset(s), actuator.slope(s)], axis=1)))
+    return pieces
+
+
+def _rod_segments(chain: Chain, rod_map: RodMap) -> list[tuple[int, Segment]]:
+    """Return (index, segment) of all segments of a rod."""
+    return [(k, chain.segments[k]) for k in range(rod_map.first_node, rod_map.last_node)]
+
+
+def node_at(chain: Chain, rod_map: RodMap, s: float) -> int:
+    """Return the node of a rod at an arc length where the rod was cut."""
+    if s <= 0.0:
+        return rod_map.first_node
+    segments = _rod_segments(chain, rod_map)
+    return 1 + min(segments, key=lambda item: abs(item[1].span[1] - s))[0]
+
+
+def _lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
+    nodes: list[int] = []
+    wrenches: list[Floats] = []
+    ptr = [0]
+    for load in scene.loads:
+        wrench = np.concatenate([load.moment, load.force])
+        if load.frame == "world":
+            wrench = np.concatenate([rotation.T @ load.moment, rotation.T @ load.force])
+        if isinstance(load, PointLoad):
+            rod_map = chain.rods.get(load.body)
+            node = node_at(chain, rod_map, load.s) if rod_map else chain.frames[load.body]
+            nodes.append(node)
+            wrenches.append(wrench)
+        elif isinstance(load, DistributedLoad):
+            for node, share in _shares(scene, chain, load):
+                nodes.append(node)
+                wrenches.append(share * wrench)
+        ptr.append(len(nodes))
+    switches = sorted({t for load in scene.loads for t in load.schedule.switch_times})
+    return Loads(
+        ptr=_ints(ptr),
+        node=_ints(nodes),
+        wrench=_floats(wrenches).reshape(-1, 6),
+        follows=_ints([load.frame == "body" for load in scene.loads]),
+        schedule=_floats(
+            [(x.schedule.start, x.schedule.end, x.schedule.ramp) for x in scene.loads]
+        ).reshape(-1, 3),
+        switches=_floats(switches),
+    )
+
+
+def _shares(scene: Scene, chain: Chain, load: DistributedLoad) -> list[tuple[int, float]]:
+    """Return (node, length in m) of a load per length.
+
+    Gauss–Lobatto weights of the elements it covers.
+    """
+    basis = scene.numerics.rods[load.body]
+    _, weights = lobatto(basis.nodes or default_nodes(basis))
+    shares = []
+    for element in chain.rods[load.body].elements:
+        begin, end = element.span
+        if load.start < 0.5 * (begin + end) < load.end:
+            for i, weight in enumerate(weights):
+                shares.append((element.first_segment + i, (end - begin) * weight))
+    return shares
+
+
+def sample_frames(compiled: Compiled, s: Floats) -> Samples:
+    """Return samples at arc lengths ``s`` (P,) in m, counted along all rods, base to tip."""
+    chain = compiled.chain
+    nodes, steps = [], []
+    for value in s:
+        node, segment = _locate(chain, float(value))
+        nodes.append(node)
+        steps.append(segment)
+    entries = _flat_entries(steps)
+    return Samples(
+        node=_ints(nodes),
+        half=_floats([x.half for x in steps]),
+        kappa=_floats([x.kappa for x in steps]),
+        xi0=_floats([x.xi0 for x in steps]).reshape(-1, 2, 6),
+        entry_ptr=entries[0],
+        entry_col=entries[1],
+        entry_comp=entries[2],
+        entry_phi=entries[3],
+    )
+
+
+def _locate(chain: Chain, s: float) -> tuple[int, Segment]:
+    """Return the node before arc length s, and the step from it."""
+    nothing = Segment(0.5, 0.0, np.zeros((2, 6)))
+    rods = list(chain.rods.values())
+    for i, rod_map in enumerate(rods):
+        if s > rod_map.rod.length and i < len(rods) - 1:
+            s -= rod_map.rod.length
+            continue
+        element = _element_at(rod_map, s)
+        k = element.first_segment
+        while chain.segments[k].span[1] < min(s, element.span[1]):
+            k += 1
+        begin = chain.segments[k].span[0]
+        s = min(s, element.span[1])
+        if s >= chain.segments[k].span[1]:
+            return k + 1, nothing
+        return (k, element.step(begin, s)) if s > begin else (k, nothing)
+    return chain.node, nothing
+
+
+def _element_at(rod_map: RodMap, s: float) -> Element:
+    for element in rod_map.elements:
+        if s <= element.span[1]:
+            return element
+    return rod_map.elements[-1]
+
+
+def _floats(values: object) -> Floats:
+    return np.ascontiguousarray(np.array(values, dtype=np.float64))
+
+
+def _ints(values: object) -> np.ndarray:
+    return np.array(values, dtype=np.int64).reshape(-1)

@@ -1,0 +1,171 @@
+"""The Lagrangian model M q̈ + C q̇ + g + k + R q̇ = τ of C (1.31), as functions of the state.
+
+Every quantity is exact for the discrete model, that is for its kinetic and potential energy as
+functions of q and q̇.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from ..scene import Scene
+from .compile import Compiled, compile_scene
+from .kernels.forcing import apply_loads
+from .kernels.output import energies, ports
+from .kernels.sweep import inverse_dynamics
+from .kernels.tangent import tangent
+from .model import Data, Floats, new_data
+
+
+class Dynamics:
+    """A compiled scene as a function of state, efforts and time.
+
+    Parameters
+    ----------
+    scene : Scene or Compiled
+
+    Notes
+    -----
+    ``efforts`` (A,) in scene order default to zero. Loads are those of the scene at ``time`` in s,
+    times ``share``.
+    Gravity is multiplied by ``share`` too, so one number scales everything a static load path
+    needs.
+    """
+
+    def __init__(self, scene: Scene | Compiled) -> None:
+        self.compiled = scene if isinstance(scene, Compiled) else compile_scene(scene)
+        self.model = self.compiled.model
+        self.n = len(self.compiled.coordinate_names)
+        self.actuators = len(self.model.port_ptr) - 1
+        self._data = new_data(self.model)
+        self._zero = np.zeros(self.n)
+        self._no_tip = np.zeros(6)
+
+    def forcing(
+        self,
+        efforts: Floats | None = None,
+        time: float = 0.0,
+        share: float = 1.0,
+        tip: Floats | None = None,
+        tip_follows: bool = False,
+    ) -> Data:
+        """Return scratch with gravity, loads, tip wrench (6,) in the base frame and efforts set."""
+        data = self._data
+        data.gravity[:] = share * self.compiled.gravity
+        data.effort[:] = 0.0 if efforts is None else share * np.asarray(efforts)
+        apply_loads(
+            self.compiled.loads,
+            self._no_tip if tip is None else tip,
+            tip_follows,
+            time,
+            share,
+            data,
+        )
+        return data
+
+    def residual(self, q: Floats, v: Floats, a: Floats, data: Data) -> Floats:
+        """Return M a + C v + g + k + R v − loads − actuators (n,)."""
+        out = np.zeros(self.n)
+        inverse_dynamics(self.model, data, q, v, a, out)
+        return out
+
+    def inverse_dynamics(
+        self, q: Floats, v: Floats, a: Floats, efforts: Floats | None = None, time: float = 0.0
+    ) -> Floats:
+        """Return the generalised force (n,) that the motion needs beyond loads and efforts."""
+        return self.residual(q, v, a, self.forcing(efforts, time))
+
+    def forward_dynamics(
+        self, q: Floats, v: Floats, efforts: Floats | None = None, time: float = 0.0
+    ) -> Floats:
+        """Return q̈ (n,)."""
+        bias = self.inverse_dynamics(q, v, self._zero, efforts, time)
+        return cho_solve(cho_factor(self.mass_matrix(q)), -bias)
+
+    def tangents(
+        self, q: Floats, v: Floats, a: Floats, efforts: Floats | None = None, time: float = 0.0
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return ∂r/∂q, ∂r/∂q̇, ∂r/∂q̈ (n, n) of the residual, exact."""
+        self.residual(q, v, a, self.forcing(efforts, time))
+        # type: ignore[return-value]
+        return tuple(self.tangent(alpha) for alpha in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)))
+
+    def tangent(self, alpha: tuple[float, float, float]) -> Floats:
+        """Return α₀ ∂r/∂q + α₁ ∂r/∂q̇ + α₂ ∂r/∂q̈ at the state of the last residual."""
+        matrix = np.zeros((self.n, self.n))
+        tangent(self.model, self._data, tuple(float(x) for x in alpha), matrix)
+        return matrix
+
+    def mass_matrix(self, q: Floats) -> Floats:
+        """Return M(q) (n, n) of C (1.32)."""
+        data = self.forcing()
+        self.residual(q, self._zero, self._zero, data)
+        matrix = self.tangent((0.0, 0.0, 1.0))
+        return 0.5 * (matrix + matrix.T)
+
+    def elastic_force(self, q: Floats) -> Floats:
+        """Return k(q) = ∂V_elastic/∂q (n,): C (1.35), projected with Φᵀ."""
+        return self.stiffness_matrix() @ q
+
+    def stiffness_matrix(self) -> Floats:
+        """Return ∫ Φᵀ H Φ ds and joint stiffness (n, n)."""
+        return self._block_diagonal(self.model.stiffness)
+
+    def damping_matrix(self) -> Floats:
+        """Return R = ∫ Φᵀ Γ Φ ds and joint damping (n, n): C (1.36), projected with Φᵀ."""
+        return self._block_diagonal(self.model.damping)
+
+    def gravity_force(self, q: Floats) -> Floats:
+        """Return g(q) = ∂V_gravity/∂q (n,): C (1.34)."""
+        data = self.forcing()
+        data.dead[:] = 0.0
+        data.follower[:] = 0.0
+        return self.residual(q, self._zero, self._zero, data) - self.elastic_force(q)
+
+    def energies(self, q: Floats, v: Floats) -> tuple[float, float, float]:
+        """Return kinetic, elastic and gravity energy in J; gravity energy is zero at the base."""
+        return energies(self.model, self.forcing(), q, v, self._zero)
+
+    def ports(self, q: Floats, v: Floats) -> tuple[Floats, Floats]:
+        """Return position and velocity (A,) of the actuator ports.
+
+        Effort · velocity is power into the arm.
+        """
+        position, velocity = np.zeros(self.actuators), np.zeros(self.actuators)
+        ports(self.model, self._data, q, v, self._zero, position, velocity)
+        return position, velocity
+
+    def node_poses(self, q: Floats) -> Floats:
+        """Return the poses (nodes, 4, 4) of all nodes in the world."""
+        data = self.forcing()
+        self.residual(q, self._zero, self._zero, data)
+        out = np.zeros((len(data.position), 4, 4))
+        out[:, :3, :3] = data.rotation.reshape(-1, 3, 3)
+        out[:, :3, 3] = data.position
+        out[:, 3, 3] = 1.0
+        return self.compiled.base @ out
+
+    def node_twists(self, q: Floats, v: Floats) -> Floats:
+        """Return the body twists (nodes, 6) of all nodes."""
+        self.residual(q, v, self._zero, self.forcing())
+        return self._data.eta.copy()
+
+    def tip_jacobian(self, q: Floats) -> Floats:
+        """Return the body Jacobian (6, n) of the last node: C (1.25)."""
+        columns = [self.node_twists(q, row)[-1] for row in np.eye(self.n)]
+        return np.stack(columns, axis=1) if columns else np.zeros((6, 0))
+
+    def to_base(self, wrench: Floats) -> Floats:
+        """Return the base-frame components of a wrench (6,) given along the world axes."""
+        rotation = self.compiled.base[:3, :3].T
+        return np.concatenate([rotation @ wrench[:3], rotation @ wrench[3:]])
+
+    def _block_diagonal(self, flat: Floats) -> Floats:
+        out = np.zeros((self.n, self.n))
+        model = self.model
+        for b in range(len(model.block_col) - 1):
+            at = slice(model.block_col[b], model.block_col[b + 1])
+            size = at.stop - at.start
+            out[at, at] = flat[model.block_off[b] : model.block_off[b + 1]].reshape(size, size)
+        return out

@@ -1,0 +1,53 @@
+"""One step of the generalised-α method of Chung and Hulbert, in the form of Arnold and Brüls."""
+
+from .dirk import DISSIPATED, LOAD_WORK
+from .forcing import apply_loads, damping_power, inside, load_power
+from .jit import call_status, kernel
+from .newton import CONVERGED, STEPS
+
+
+@kernel
+def alpha_step(
+    calls, model, loads, data, work, rho, tip, tip_follows, tolerance, limit, t, h, q, v, ledger
+):
+    """Advance q, v by h in s from t; rho ∈ [0, 1]: spectral radius at infinite frequency.
+
+    The method remembers an acceleration; where an input jumped (work.restart), it is found anew
+    from M q̈ = −r.
+    """
+    n = len(q)
+    if work.restart[0] != 0:
+        for i in range(n):
+            work.start_q[i], work.start_v[i] = q[i], v[i]
+        apply_loads(loads, tip, tip_follows, inside(t, h, 0.0), 1.0, data)
+        status = call_status(calls[2], (calls, model, data, work, 0.0, 0.0, tolerance, limit))
+        if status != CONVERGED:
+            return status
+        for i in range(n):
+            work.memory[0, i] = work.memory[1, i] = work.a[i]
+    am, af = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
+    gamma = 0.5 - am + af
+    beta = 0.25 * (1.0 - am + af) ** 2
+    share = (1.0 - af) / (1.0 - am)
+    for i in range(n):
+        old = work.memory[0, i]
+        carried = (af * work.memory[1, i] - am * old) / (1.0 - am)
+        work.start_q[i] = q[i] + h * v[i] + h * h * ((0.5 - beta) * old + beta * carried)
+        work.start_v[i] = v[i] + h * ((1.0 - gamma) * old + gamma * carried)
+    apply_loads(loads, tip, tip_follows, inside(t, h, 0.0), 1.0, data)
+    before = damping_power(model, v), load_power(model, data)
+    apply_loads(loads, tip, tip_follows, inside(t, h, 1.0), 1.0, data)
+    cq, cv = h * h * beta * share, h * gamma * share
+    status = call_status(calls[2], (calls, model, data, work, cq, cv, tolerance, limit))
+    if status != CONVERGED:
+        return status
+    ledger[DISSIPATED] += 0.5 * h * (before[0] + damping_power(model, work.v))
+    ledger[LOAD_WORK] += 0.5 * h * (before[1] + load_power(model, data))
+    for i in range(n):
+        carried = af * work.memory[1, i] - am * work.memory[0, i]
+        work.memory[0, i] = share * work.a[i] + carried / (1.0 - am)
+        work.memory[1, i] = work.a[i]
+        q[i], v[i] = work.q[i], work.v[i]
+    work.restart[0] = 0
+    work.counters[STEPS] += 1
+    return CONVERGED

@@ -1,0 +1,53 @@
+"""One step of a diagonally implicit Runge–Kutta method on (q, q̇), given by its tableau."""
+
+from .forcing import apply_loads, damping_power, inside, load_power
+from .jit import call_status, kernel
+from .newton import CONVERGED, STEPS
+
+DISSIPATED, LOAD_WORK = 0, 1
+
+
+@kernel
+def dirk_step(
+    calls, model, loads, data, work, tableau, tip, tip_follows, tolerance, limit, t, h, q, v, ledger
+):
+    """Advance q, v by one step of h in s from t; return CONVERGED or why not.
+
+    tableau: (s + 1, s + 1) of A | c over b | 0. Stage i solves r(Q_i, V_i, A_i) = 0 at t + c_i h
+    with
+    Q_i = q + h Σ a_ij V_j, V_i = v + h Σ a_ij A_j. Ledger (2,) collects dissipated energy and work
+    with weights b.
+    """
+    stages = tableau.shape[0] - 1
+    n = len(q)
+    dissipated, worked = 0.0, 0.0
+    for i in range(stages):
+        diagonal = tableau[i, i] * h
+        for c in range(n):
+            x, u = q[c], v[c]
+            for j in range(i):
+                x += h * tableau[i, j] * work.stage_v[j, c]
+                u += h * tableau[i, j] * work.stage_a[j, c]
+            work.start_v[c] = u
+            work.start_q[c] = x + diagonal * u
+        apply_loads(loads, tip, tip_follows, inside(t, h, tableau[i, stages]), 1.0, data)
+        status = call_status(
+            calls[2],
+            (calls, model, data, work, diagonal * diagonal, diagonal, tolerance, limit),
+        )
+        if status != CONVERGED:
+            return status
+        for c in range(n):
+            work.stage_v[i, c] = work.v[c]
+            work.stage_a[i, c] = work.a[c]
+        weight = h * tableau[stages, i]
+        dissipated += weight * damping_power(model, work.v)
+        worked += weight * load_power(model, data)
+    for c in range(n):
+        for i in range(stages):
+            q[c] += h * tableau[stages, i] * work.stage_v[i, c]
+            v[c] += h * tableau[stages, i] * work.stage_a[i, c]
+    ledger[DISSIPATED] += dissipated
+    ledger[LOAD_WORK] += worked
+    work.counters[STEPS] += 1
+    return CONVERGED

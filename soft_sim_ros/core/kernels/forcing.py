@@ -1,0 +1,78 @@
+"""Wrenches on the nodes at a given time."""
+
+from .jit import kernel
+
+
+@kernel
+def schedule_factor(start, end, ramp, t):
+    """Return the fraction of a load at time t in s (scene.Schedule.factor, the same law)."""
+    if not (start <= t < end):
+        return 0.0
+    if ramp == 0.0:
+        return 1.0
+    return min(1.0, (t - start) / ramp, (end - t) / ramp)
+
+
+@kernel
+def inside(t, h, c):
+    """Return t + c h, kept off the ends of the step.
+
+    A load that jumps there belongs to one side only.
+    """
+    return t + h * min(max(c, 1e-9), 1.0 - 1e-9)
+
+
+@kernel
+def apply_loads(loads, tip, tip_follows, t, share, data):
+    """Fill data.dead and data.follower at time t in s.
+
+    Share times the scheduled loads and the tip wrench (6,).
+    """
+    count = len(loads.follows)
+    last = data.dead.shape[0] - 1
+    for p in range(len(loads.node)):
+        for c in range(6):
+            data.dead[loads.node[p], c] = 0.0
+            data.follower[loads.node[p], c] = 0.0
+    for c in range(6):
+        data.dead[last, c] = 0.0 if tip_follows else share * tip[c]
+        data.follower[last, c] = share * tip[c] if tip_follows else 0.0
+    for i in range(count):
+        factor = share * schedule_factor(
+            loads.schedule[i, 0], loads.schedule[i, 1], loads.schedule[i, 2], t
+        )
+        if factor == 0.0:
+            continue
+        target = data.follower if loads.follows[i] else data.dead
+        for p in range(loads.ptr[i], loads.ptr[i + 1]):
+            for c in range(6):
+                target[loads.node[p], c] += factor * loads.wrench[p, c]
+
+
+@kernel
+def load_power(model, data):
+    """Return the power in W of all node wrenches but weight, at the last sweep."""
+    total = 0.0
+    for k in range(data.dead.shape[0]):
+        for c in range(3):
+            # body components of the dead wrench
+            moment = data.follower[k, c]
+            force = data.follower[k, c + 3]
+            for i in range(3):
+                moment += data.rotation[k, 3 * i + c] * data.dead[k, i]
+                force += data.rotation[k, 3 * i + c] * data.dead[k, i + 3]
+            total += moment * data.eta[k, c] + force * data.eta[k, c + 3]
+    return total
+
+
+@kernel
+def damping_power(model, v):
+    """Return q̇ᵀ R q̇ in W."""
+    total = 0.0
+    for b in range(len(model.block_col) - 1):
+        at = model.block_off[b]
+        for i in range(model.block_col[b], model.block_col[b + 1]):
+            for j in range(model.block_col[b], model.block_col[b + 1]):
+                total += v[i] * model.damping[at] * v[j]
+                at += 1
+    return total

@@ -1,0 +1,103 @@
+"""Compile a function to machine code, with a cache on disk that can never be stale.
+
+Numba keys its cache on the file of the function alone, so an edit to a function *called* by a
+cached one
+would go unnoticed. Here the cache folder carries a digest of every kernel source, and lies in the
+user's
+cache directory, so a read-only installation works too.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba.core import cgutils
+from numba.core import config as numba_config
+from numba.extending import intrinsic
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def _digest() -> str:
+    """Digest of all kernel sources and the numba version."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_directory() -> Path:
+    """Folder of the compiled kernels of exactly these sources.
+
+    ``NUMBA_CACHE_DIR``, then ``XDG_CACHE_HOME``, then ``~/.cache`` are asked in this order.
+    """
+    root = os.environ.get("NUMBA_CACHE_DIR") or os.path.join(
+        os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "soft_sim_ros"
+    )
+    return Path(root) / f"kernels-{_digest()}"
+
+
+_CACHE = str(cache_directory())
+
+
+def kernel(function: F) -> F:
+    """Compile ``function`` without the GIL, cached; products may fuse with sums.
+
+    ``contract`` lets the processor fuse a multiplication with an addition. The result is the same
+    bits in every
+    run on one machine and version, which is what re-simulation relies on.
+    """
+    before = numba_config.CACHE_DIR
+    numba_config.CACHE_DIR = _CACHE
+    try:
+        return numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(
+            function
+        )
+    finally:
+        numba_config.CACHE_DIR = before
+
+
+def address(function: Any, *arguments: Any) -> int:
+    """Return the address of a kernel compiled for the types of ``arguments``.
+
+    Together with ``call`` this keeps large kernels in compilation units of their own: numba would
+    otherwise optimise
+    the whole tree below a kernel anew in each of its callers.
+    """
+    signature = tuple(numba.typeof(argument) for argument in arguments)
+    if signature not in function.overloads:
+        function.compile(signature)
+    result = function.overloads[signature]
+    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+
+
+def caller(returns: Any) -> Any:
+    """Return ``call(address, arguments)``: call a kernel by address from another kernel.
+
+    It returns ``returns``.
+    """
+
+    @intrinsic
+    def call(typing_context, where, arguments):  # noqa: ARG001
+        types = tuple(arguments.types)
+
+        def generate(context, builder, signature, values):
+            convention = context.call_conv
+            function_type = convention.get_function_type(returns, types)
+            pointer = builder.inttoptr(values[0], function_type.as_pointer())
+            unpacked = cgutils.unpack_tuple(builder, values[1], len(types))
+            status, result = convention.call_function(builder, pointer, returns, types, unpacked)
+            with cgutils.if_unlikely(builder, status.is_error):
+                convention.return_status_propagate(builder, status)
+            return result
+
+        return returns(where, arguments), generate
+
+    return call
+
+
+call_void = caller(numba.types.none)
+call_status = caller(numba.types.intp)

@@ -1,0 +1,129 @@
+"""Newton's method for one implicit stage, and the scratch that steps share."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..model import Data, Floats, Ints, Model
+from .jit import address, call_void, kernel
+from .linalg import lu_factor, lu_solve
+from .sweep import inverse_dynamics
+from .tangent import tangent
+
+CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR = 0, 1, 2, 3
+# A contraction slower than this is worth new factors.
+SLOW = 0.2
+# counters
+STEPS, EVALUATIONS, FACTORISATIONS, ITERATIONS, REFUSED = 0, 1, 2, 3, 4
+
+
+class Work(NamedTuple):
+    """Scratch of a solver for n coordinates and s stages."""
+
+    matrix: Floats  # (n, n) factors of the Newton matrix
+    pivot: Ints  # (n,)
+    key: Floats  # (2,) the (cq, cv) it was made for
+    residual: Floats  # (n,)
+    start_q: Floats
+    start_v: Floats
+    q: Floats
+    v: Floats
+    stage_v: Floats  # (s, n)
+    stage_a: Floats  # (s, n)
+    a: Floats  # (n,) acceleration, carried from step to step as a predictor
+    memory: (
+        Floats  # (2, n) algorithmic and true acceleration at the start of the step (generalised-α)
+    )
+    restart: Ints  # (1,) 1: the memory is void, because an input jumped
+    saved: Floats  # (3, n) q, v, a at the start of the step
+    counters: Ints  # (5,)
+    measure: Floats  # (2,) last Newton measure, largest residual of the last step
+
+
+def new_work(n: int, stages: int) -> Work:
+    """Allocate zeroed scratch."""
+    return Work(
+        matrix=np.zeros((n, n)),
+        pivot=np.zeros(n, dtype=np.int64),
+        key=np.array([-1.0, -1.0]),
+        residual=np.zeros(n),
+        start_q=np.zeros(n),
+        start_v=np.zeros(n),
+        q=np.zeros(n),
+        v=np.zeros(n),
+        stage_v=np.zeros((stages, n)),
+        stage_a=np.zeros((stages, n)),
+        a=np.zeros(n),
+        memory=np.zeros((2, n)),
+        restart=np.ones(1, dtype=np.int64),
+        saved=np.zeros((3, n)),
+        counters=np.zeros(5, dtype=np.int64),
+        measure=np.zeros(2),
+    )
+
+
+@kernel
+def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
+    """Find work.a with r(q, v, a) = 0 at q = start_q + cq a, v = start_v + cv a.
+
+    The measure of convergence is the largest correction of a velocity, each coordinate weighed by
+    how far it moves
+    the tip, in arm lengths per second. Factors are kept, across steps too, while they contract
+    well.
+    calls: addresses of inverse_dynamics, tangent and this function.
+    """
+    n = len(work.a)
+    stale = work.key[0] != cq or work.key[1] != cv
+    before = 0.0
+    refreshed = -1
+    for iteration in range(limit):
+        for i in range(n):
+            work.q[i] = work.start_q[i] + cq * work.a[i]
+            work.v[i] = work.start_v[i] + cv * work.a[i]
+        call_void(calls[0], (model, data, work.q, work.v, work.a, work.residual))
+        work.counters[EVALUATIONS] += 1
+        if stale:
+            call_void(calls[1], (model, data, (cq, cv, 1.0), work.matrix))
+            work.counters[FACTORISATIONS] += 1
+            work.key[0], work.key[1] = cq, cv
+            if not lu_factor(work.matrix, work.pivot):
+                work.key[0] = -1.0
+                return SINGULAR
+            stale = False
+            refreshed = iteration
+        lu_solve(work.matrix, work.pivot, work.residual)
+        size = 0.0
+        for i in range(n):
+            work.a[i] -= work.residual[i]
+            size = max(size, abs(work.residual[i]) * model.weight[i])
+        size *= cv
+        work.counters[ITERATIONS] += 1
+        work.measure[0] = size
+        if not math.isfinite(size):
+            work.key[0] = -1.0
+            return NOT_FINITE
+        # what is left after this correction, if it goes on contracting like this
+        rate = size / before if iteration > 0 and before > 0.0 else 1.0
+        left = size * rate / (1.0 - rate) if rate < 0.5 else size
+        if left <= tolerance:
+            for i in range(n):
+                work.q[i] = work.start_q[i] + cq * work.a[i]
+                work.v[i] = work.start_v[i] + cv * work.a[i]
+            return CONVERGED
+        if iteration > 0 and rate > SLOW:
+            if refreshed >= 0 and iteration > refreshed + 2 and rate > 2.0:
+                break  # exact factors, and still moving away
+            stale = True
+        before = size
+    work.key[0] = -1.0
+    return TOO_MANY
+
+
+def addresses(model: Model, data: Data, work: Work) -> tuple[int, int, int]:
+    """Return the addresses of inverse_dynamics, tangent and solve_stage for these arguments."""
+    state = (work.q, work.v, work.a, work.residual)
+    first = address(inverse_dynamics, model, data, *state)
+    second = address(tangent, model, data, (1.0, 1.0, 1.0), work.matrix)
+    calls = (first, second, 0)
+    return first, second, address(solve_stage, calls, model, data, work, 1.0, 1.0, 1.0, 1)

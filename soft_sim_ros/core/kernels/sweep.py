@@ -1,0 +1,211 @@
+"""The recursion over the chain: motion from base to tip, wrenches from tip to base.
+
+``inverse_dynamics`` is the residual of everything: statics, forward dynamics and every implicit
+step. It returns
+
+    r = M(q) q̈ + C(q, q̇) q̇ + g(q) + K q + R q̇ − (loads and actuators),
+
+of C (1.31) with the misprints of (1.35), (1.36) settled by virtual work (k = ∫Φᵀ H Φ q, R = ∫Φᵀ Γ
+Φ).
+"""
+
+from .dual import (
+    add,
+    apply,
+    apply_t,
+    cross,
+    dadd,
+    dcross,
+    dot,
+    dsub,
+    load_mat,
+    load_twist,
+    load_vec,
+    load_wrench,
+    mul,
+    rscale,
+    scale,
+    store_mat,
+    store_twist,
+    store_vec,
+    store_wrench,
+    sub,
+)
+from .jit import kernel
+from .rotation import cotangent_apply, exp_translation, rotation_exp, stumpff, tangent_apply
+
+
+@kernel
+def strains(model, data, q, v, a):
+    """Fill data.xi: strain, rate and acceleration at both Gauss points of every segment."""
+    xi = data.xi
+    for k in range(len(model.half)):
+        for i in range(2):
+            for c in range(6):
+                xi[k, i, 0, c] = model.xi0[k, i, c]
+                xi[k, i, 1, c] = 0.0
+                xi[k, i, 2, c] = 0.0
+        for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
+            col, c = model.entry_col[e], model.entry_comp[e]
+            for i in range(2):
+                phi = model.entry_phi[e, i]
+                xi[k, i, 0, c] += phi * q[col]
+                xi[k, i, 1, c] += phi * v[col]
+                xi[k, i, 2, c] += phi * a[col]
+
+
+@kernel
+def kinematics(model, data):
+    """Carry pose, twist and acceleration from base to tip; data.xi must be filled.
+
+    data.acc is the acceleration minus gravity, which makes weight an inertial force.
+    """
+    rotation, position = load_mat(data.rotation[0]), load_vec(data.position[0])
+    gravity = apply_t(rotation, load_vec(data.gravity))
+    eta = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    acc = ((0.0, 0.0, 0.0), scale(-1.0, gravity))
+    store_twist(data.eta[0], eta)
+    store_twist(data.acc[0], acc)
+    for k in range(len(model.half)):
+        half, kappa = model.half[k], model.kappa[k]
+        x1, x2 = load_twist(data.xi[k, 0, 0]), load_twist(data.xi[k, 1, 0])
+        u1, u2 = load_twist(data.xi[k, 0, 1]), load_twist(data.xi[k, 1, 1])
+        z1, z2 = load_twist(data.xi[k, 0, 2]), load_twist(data.xi[k, 1, 2])
+        omega, u, z = (
+            rscale(half, dadd(x1, x2)),
+            rscale(half, dadd(u1, u2)),
+            rscale(half, dadd(z1, z2)),
+        )
+        if kappa != 0.0:
+            omega = dadd(omega, rscale(kappa, dcross(x1, x2)))
+            u = dadd(u, rscale(kappa, dadd(dcross(u1, x2), dcross(x1, u2))))
+            bracket = dadd(dcross(z1, x2), dcross(x1, z2))
+            z = dadd(z, rscale(kappa, dadd(bracket, rscale(2.0, dcross(u1, u2)))))
+        store_twist(data.omega[k, 0], omega)
+        store_twist(data.omega[k, 1], u)
+        store_twist(data.omega[k, 2], z)
+        c = stumpff(dot(omega[0], omega[0]))
+        turn = rotation_exp(omega[0], c)
+        shift = exp_translation(omega[0], omega[1], c)
+        store_mat(data.relative[k], turn)
+        store_vec(data.relative[k, 9:], shift)
+        position = add(position, apply(rotation, shift))
+        rotation = mul(rotation, turn)
+        store_mat(data.rotation[k + 1], rotation)
+        store_vec(data.position[k + 1], position)
+        velocity, rate = tangent_apply(omega, u, z, c)
+        # η⁺ = Ad⁻¹η + v,  η̇⁺ = Ad⁻¹η̇ − [v, Ad⁻¹η] + v̇
+        carried = (apply_t(turn, eta[0]), apply_t(turn, sub(eta[1], cross(shift, eta[0]))))
+        acc = (apply_t(turn, acc[0]), apply_t(turn, sub(acc[1], cross(shift, acc[0]))))
+        acc = dadd(dsub(acc, dcross(velocity, carried)), rate)
+        eta = dadd(carried, velocity)
+        store_twist(data.eta[k + 1], eta)
+        store_twist(data.acc[k + 1], acc)
+
+
+@kernel
+def node_wrench(model, data, k):
+    """Return inertial minus external wrench of node k in its own frame, as N + εM."""
+    mass = model.inertia[k, 0]
+    eta, acc = load_twist(data.eta[k]), load_twist(data.acc[k])
+    force = scale(mass, add(acc[1], cross(eta[0], eta[1])))
+    j1, j2, j3 = model.inertia[k, 1], model.inertia[k, 2], model.inertia[k, 3]
+    spin = (j1 * eta[0][0], j2 * eta[0][1], j3 * eta[0][2])
+    moment = add((j1 * acc[0][0], j2 * acc[0][1], j3 * acc[0][2]), cross(eta[0], spin))
+    rotation = load_mat(data.rotation[k])
+    dead, follower = load_wrench(data.dead[k]), load_wrench(data.follower[k])
+    force = sub(sub(force, apply_t(rotation, dead[0])), follower[0])
+    moment = sub(sub(moment, apply_t(rotation, dead[1])), follower[1])
+    return (force, moment)
+
+
+@kernel
+def project(model, data, r):
+    """Carry wrenches from tip to base and add their projection on the coordinates to r."""
+    segments = len(model.half)
+    wrench = node_wrench(model, data, segments)
+    store_wrench(data.wrench[segments], wrench)
+    for k in range(segments - 1, -1, -1):
+        if model.entry_ptr[k + 1] > model.entry_ptr[k]:
+            omega = load_twist(data.omega[k, 0])
+            y = cotangent_apply(omega, wrench, stumpff(dot(omega[0], omega[0])))
+            half, kappa = model.half[k], model.kappa[k]
+            f1 = rscale(half, y)
+            f2 = f1
+            if kappa != 0.0:
+                x1, x2 = load_twist(data.xi[k, 0, 0]), load_twist(data.xi[k, 1, 0])
+                f1 = dadd(f1, rscale(kappa, dcross(x2, y)))
+                f2 = dsub(f2, rscale(kappa, dcross(x1, y)))
+            w1 = (f1[1][0], f1[1][1], f1[1][2], f1[0][0], f1[0][1], f1[0][2])
+            w2 = (f2[1][0], f2[1][1], f2[1][2], f2[0][0], f2[0][1], f2[0][2])
+            for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
+                comp = model.entry_comp[e]
+                r[model.entry_col[e]] += (
+                    model.entry_phi[e, 0] * w1[comp] + model.entry_phi[e, 1] * w2[comp]
+                )
+        turn, shift = load_mat(data.relative[k]), load_vec(data.relative[k, 9:])
+        force = apply(turn, wrench[0])
+        moment = add(apply(turn, wrench[1]), cross(shift, force))
+        wrench = dadd((force, moment), node_wrench(model, data, k))
+        store_wrench(data.wrench[k], wrench)
+
+
+@kernel
+def internal_forces(model, q, v, r):
+    """Add K q + R v to r, block by block."""
+    for b in range(len(model.block_col) - 1):
+        begin, end = model.block_col[b], model.block_col[b + 1]
+        at = model.block_off[b]
+        for i in range(begin, end):
+            total = 0.0
+            for j in range(begin, end):
+                total += model.stiffness[at] * q[j] + model.damping[at] * v[j]
+                at += 1
+            r[i] += total
+
+
+@kernel
+def tendon_direction(path, xi):
+    """Return the tangent t = Γ + K × d + d' of a tendon, |t| and the offset d."""
+    d, slope = load_vec(path[0]), load_vec(path[1])
+    strain = load_twist(xi)
+    t = add(add(strain[1], cross(strain[0], d)), slope)
+    return t, dot(t, t) ** 0.5, d
+
+
+@kernel
+def actuation(model, data, q, r):
+    """Subtract the generalised forces of all actuators from r.
+
+    A tension T does the work −T δℓ of shortening the path ℓ = ∫ |Γ + K × d + d'| ds.
+    """
+    for i in range(len(model.port_ptr) - 1):
+        effort = data.effort[i]
+        for e in range(model.port_ptr[i], model.port_ptr[i + 1]):
+            r[model.port_col[e]] -= model.port_gain[e] * effort
+        length = 0.0
+        for p in range(model.tendon_ptr[i], model.tendon_ptr[i + 1]):
+            k = model.tendon_seg[p]
+            for g in range(2):
+                t, norm, d = tendon_direction(model.tendon_path[p, g], data.xi[k, g, 0])
+                length += model.half[k] * norm
+                n = scale(1.0 / norm, t)
+                m = cross(d, n)
+                dual = (m[0], m[1], m[2], n[0], n[1], n[2])
+                for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
+                    r[model.entry_col[e]] += (
+                        effort * model.half[k] * model.entry_phi[e, g] * dual[model.entry_comp[e]]
+                    )
+        data.tendon[i] = length
+
+
+@kernel
+def inverse_dynamics(model, data, q, v, a, r):
+    """Fill r with the residual of the motion (q, v, a) under the loads and efforts in data."""
+    for i in range(len(r)):
+        r[i] = 0.0
+    strains(model, data, q, v, a)
+    kinematics(model, data)
+    project(model, data, r)
+    internal_forces(model, q, v, r)
+    actuation(model, data, q, r)

@@ -1,0 +1,212 @@
+"""The exact derivative of the residual, assembled from body-sized pieces.
+
+In the base frame a column U of the Jacobian (the twist of all that follows, per unit coordinate)
+does not change along
+the chain after its own block. With U̇, Ü its time derivatives, I, h the inertia and momentum of a
+node and Λ the wrench
+from there to the tip, the variation of r = Σ Jᵀ F is (docs/theory.md)
+
+    δr = Σ_nodes Jᵀ [I (J̈ δq + 2 J̇ δq̇ + J δq̈) + G (J̇ δq + J δq̇) + D J δq]  +  Σ_segments J⁻ᵀ
+    (U δq × Λ)  +  (δU)ᵀ Λ,
+    G = İ + h×,  D = turning of dead loads and weight with the section.
+
+Sums of I, G, D over the nodes of later blocks (``tail``) are all that a block needs to know of
+them.
+"""
+
+import numpy as np
+
+from .columns import local_stiffness, pose_derivatives
+from .dual import add, apply, cross, dot, load_mat, load_vec, load_wrench, scale
+from .jit import kernel
+from .nodes import node_matrices
+from .products import (
+    accumulate,
+    accumulate3,
+    clear,
+    gram_add,
+    product,
+    product_add,
+    product_t_add,
+)
+from .sweep import tendon_direction
+
+
+@kernel
+def segment_columns(model, k, begin, columns, step):
+    """Fill step (3, 6, m) with U, U̇, Ü of segment k.
+
+    The columns of its block, first coordinate ``begin``.
+    """
+    clear(step)
+    for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
+        j, comp = model.entry_col[e] - begin, model.entry_comp[e]
+        p1, p2 = model.entry_phi[e, 0], model.entry_phi[e, 1]
+        for d in range(3):
+            for c in range(6):
+                step[d, c, j] += p1 * columns[2 * d, c, comp] + p2 * columns[2 * d + 1, c, comp]
+
+
+@kernel
+def turned_wrench(data, k, a0, columns, out):
+    """Fill out (6, m) with a0 U × Λ: the wrench of the tail turned by the columns of segment k."""
+    rotation, p = load_mat(data.rotation[k + 1]), load_vec(data.position[k + 1])
+    f = load_wrench(data.wrench[k + 1])
+    fn = scale(a0, apply(rotation, f[0]))
+    fm = add(scale(a0, apply(rotation, f[1])), cross(p, fn))
+    for j in range(out.shape[1]):
+        w = (columns[0, j], columns[1, j], columns[2, j])
+        v = (columns[3, j], columns[4, j], columns[5, j])
+        moment = add(cross(w, fm), cross(v, fn))
+        push = cross(w, fn)
+        for c in range(3):
+            out[c, j] = moment[c]
+            out[c + 3, j] = push[c]
+
+
+@kernel
+def add_entries(model, k, factor, hessian, matrix):
+    """Add factor times φᵀ H φ of segment k, H (2, 2, 6, 6) between its two Gauss points."""
+    for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
+        i, ci = model.entry_col[e], model.entry_comp[e]
+        p1, p2 = factor * model.entry_phi[e, 0], factor * model.entry_phi[e, 1]
+        for e2 in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
+            cj = model.entry_comp[e2]
+            t1, t2 = model.entry_phi[e2, 0], model.entry_phi[e2, 1]
+            matrix[i, model.entry_col[e2]] += p1 * (
+                t1 * hessian[0, 0, ci, cj] + t2 * hessian[0, 1, ci, cj]
+            ) + p2 * (t1 * hessian[1, 0, ci, cj] + t2 * hessian[1, 1, ci, cj])
+
+
+@kernel
+def inertial_tangent(model, data, alpha, matrix):
+    """Add the derivative of inertial, weight and load forces to matrix (n, n)."""
+    a0, a1, a2 = alpha
+    n = matrix.shape[0]
+    blocks = len(model.block_col) - 1
+    # Per column, at the end of its block: J, Z = α₀J̇ + α₁J, Y = α₀J̈ + 2α₁J̇ + α₂J …
+    ends = np.zeros((3, 6, n))
+    # … and what it feels of later motion (Σ IᵀJ, Σ GᵀJ, α₀ Σ DᵀJ) and exerts on earlier columns.
+    feels = np.zeros((3, 6, n))
+    exerts = np.zeros((6, n))
+    tail, node = np.zeros((3, 6, 6)), np.zeros((3, 6, 6))
+    columns = np.zeros((6, 6, 6))
+    hessian = np.zeros((2, 2, 6, 6))
+    for b in range(blocks - 1, -1, -1):
+        begin, end = model.block_col[b], model.block_col[b + 1]
+        m = end - begin
+        jac, step = np.zeros((3, 6, m)), np.zeros((3, 6, m))
+        y, z, out = np.zeros((6, m)), np.zeros((6, m)), np.zeros((6, m))
+        own = np.zeros((6, m))
+        feel = np.zeros((3, 6, m))
+        inner = np.zeros((3, 6, 6))
+        last = model.block_seg[b + 1] - 1
+        for k in range(model.block_seg[b], last + 1):
+            if model.entry_ptr[k + 1] > model.entry_ptr[k]:
+                pose_derivatives(model, data, k, columns)
+                segment_columns(model, k, begin, columns, step)
+                if a0 != 0.0:
+                    turned_wrench(data, k, a0, step[0], out)
+                    gram_add(jac[0], out, matrix, begin, begin)
+                    accumulate(own, out)
+                    local_stiffness(model, data, k, hessian)
+                    add_entries(model, k, a0, hessian, matrix)
+                accumulate3(jac, step)
+            node_matrices(model, data, k + 1, node[0], node[1], node[2])
+            if k == last:
+                accumulate3(node, tail)
+            else:
+                accumulate3(inner, node)
+            if m > 0:
+                for c in range(6):
+                    for j in range(m):
+                        z[c, j] = a0 * jac[1, c, j] + a1 * jac[0, c, j]
+                        y[c, j] = a0 * jac[2, c, j] + 2.0 * a1 * jac[1, c, j] + a2 * jac[0, c, j]
+                product(node[0], y, out)
+                product_add(node[1], z, out, 1.0)
+                product_add(node[2], jac[0], out, a0)
+                gram_add(jac[0], out, matrix, begin, begin)
+                accumulate(own, out)
+                if begin > 0:
+                    product_add(node[0], jac[0], feel[0], 1.0)
+                    product_t_add(node[1], jac[0], feel[1], 1.0)
+                    product_t_add(node[2], jac[0], feel[2], a0)
+        clear(tail)
+        accumulate3(tail, inner)
+        accumulate3(tail, node)
+        for c in range(6):
+            for j in range(m):
+                ends[0, c, begin + j] = jac[0, c, j]
+                ends[1, c, begin + j] = z[c, j]
+                ends[2, c, begin + j] = y[c, j]
+                exerts[c, begin + j] = own[c, j]
+                for d in range(3):
+                    feels[d, c, begin + j] = feel[d, c, j]
+    for b in range(1, blocks):
+        begin, end = model.block_col[b], model.block_col[b + 1]
+        for i in range(begin, end):
+            for c in range(6):
+                f0, f1, f2 = feels[0, c, i], feels[1, c, i], feels[2, c, i]
+                for j in range(begin):
+                    matrix[i, j] += f0 * ends[2, c, j] + f1 * ends[1, c, j] + f2 * ends[0, c, j]
+        for j in range(begin):
+            for c in range(6):
+                f0 = ends[0, c, j]
+                for i in range(begin, end):
+                    matrix[j, i] += f0 * exerts[c, i]
+
+
+@kernel
+def internal_tangent(model, alpha, matrix):
+    """Add α₀ K + α₁ R."""
+    a0, a1, _ = alpha
+    for b in range(len(model.block_col) - 1):
+        at = model.block_off[b]
+        for i in range(model.block_col[b], model.block_col[b + 1]):
+            for j in range(model.block_col[b], model.block_col[b + 1]):
+                matrix[i, j] += a0 * model.stiffness[at] + a1 * model.damping[at]
+                at += 1
+
+
+@kernel
+def tendon_tangent(model, data, a0, matrix):
+    """Add α₀ T ∂²ℓ/∂q² of every tendon under tension."""
+    hessian = np.zeros((2, 2, 6, 6))
+    slope = np.zeros((3, 6))
+    for i in range(len(model.tendon_ptr) - 1):
+        effort = data.effort[i]
+        if effort == 0.0:
+            continue
+        for p in range(model.tendon_ptr[i], model.tendon_ptr[i + 1]):
+            k = model.tendon_seg[p]
+            for g in range(2):
+                t, norm, d = tendon_direction(model.tendon_path[p, g], data.xi[k, g, 0])
+                n = scale(1.0 / norm, t)
+                # ∂t/∂ξ = [−d× , 1]; ∂²|t| = (1 − n nᵀ)/|t|
+                for a in range(6):
+                    slope[0, a] = slope[1, a] = slope[2, a] = 0.0
+                slope[0, 1], slope[0, 2], slope[0, 3] = d[2], -d[1], 1.0
+                slope[1, 0], slope[1, 2], slope[1, 4] = -d[2], d[0], 1.0
+                slope[2, 0], slope[2, 1], slope[2, 5] = d[1], -d[0], 1.0
+                for a in range(6):
+                    sa = (slope[0, a], slope[1, a], slope[2, a])
+                    na = dot(n, sa)
+                    for b in range(6):
+                        sb = (slope[0, b], slope[1, b], slope[2, b])
+                        hessian[g, g, a, b] = model.half[k] / norm * (dot(sa, sb) - na * dot(n, sb))
+            add_entries(model, k, a0 * effort, hessian, matrix)
+
+
+@kernel
+def tangent(model, data, alpha, matrix):
+    """Fill matrix (n, n) with α₀ ∂r/∂q + α₁ ∂r/∂q̇ + α₂ ∂r/∂q̈ at the last residual's state.
+
+    Exact for the discrete model, actuators and loads included.
+    """
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[1]):
+            matrix[i, j] = 0.0
+    inertial_tangent(model, data, alpha, matrix)
+    internal_tangent(model, alpha, matrix)
+    if alpha[0] != 0.0:
+        tendon_tangent(model, data, alpha[0], matrix)

@@ -1,0 +1,120 @@
+"""What the kernels see: an immutable Model and a scratch Data, both flat named tuples of arrays.
+
+A chain of bodies is a list of *segments*. Segment k carries the frame of node k to node k + 1,
+
+    g_{k+1} = g_k exp(Ω_k),   Ω_k = h/2 (ξ₁ + ξ₂) + κ [ξ₁, ξ₂],   ξ_i = ξ₀ᵢ + Σ_entries φ_i
+    q[column] e[component],
+
+the fourth-order Magnus step of g' = g ξ with ξ at the two Gauss points of the segment (κ = √3
+h²/12). A joint is the
+segment with h = 1, κ = 0 and constant φ; a rigid offset is a segment with no entries. Inertia is
+lumped at the nodes by
+Gauss–Lobatto weights, so the model is a discrete Lagrangian, and every quantity computed from it
+is exact for it.
+Consecutive segments that share coordinates form a *block* (a section element, a joint): the unit
+of elimination.
+
+All positions, loads and gravity are expressed in the base frame of the arm.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Model(NamedTuple):
+    """Immutable arrays of a compiled scene. S segments, S + 1 nodes, n coordinates, B blocks."""
+
+    half: Floats  # (S,) h/2 in m (joints: 1/2)
+    kappa: Floats  # (S,) √3 h²/12 in m² (joints, rigid offsets: 0)
+    xi0: Floats  # (S, 2, 6) reference strain at the two Gauss points (rigid offsets: their log)
+    entry_ptr: Ints  # (S + 1,) entries of a segment
+    entry_col: Ints  # (E,) coordinate
+    entry_comp: Ints  # (E,) strain component 0…5
+    entry_phi: Floats  # (E, 2) basis value at the two Gauss points
+    inertia: Floats  # (S + 1, 4) lumped mass kg and principal inertia kg·m²
+    block_col: Ints  # (B + 1,) first coordinate of a block
+    block_seg: Ints  # (B + 1,) first segment of a block
+    block_off: Ints  # (B + 1,) offset of a block in stiffness and damping
+    stiffness: Floats  # blocks by rows, ∫ Φᵀ H Φ ds
+    damping: Floats  # blocks by rows, ∫ Φᵀ Γ Φ ds
+    # (n,) displacement of the tip per unit coordinate over the arm's length: Newton's norm
+    weight: Floats
+    port_ptr: Ints  # (A + 1,) linear part of the actuators: dq-columns …
+    port_col: Ints
+    port_gain: Floats  # … and their gains: position = gain · q
+    tendon_ptr: Ints  # (A + 1,) tendon pieces of an actuator
+    tendon_seg: Ints  # (P,) segment
+    tendon_path: Floats  # (P, 2, 2, 3) [Gauss point][d, d'] in the section frame, m and 1
+    tendon_rest: Floats  # (A,) length in the reference shape, m
+
+
+class Data(NamedTuple):
+    """Scratch arrays of one simulation; every kernel overwrites what it needs."""
+
+    xi: Floats  # (S, 2, 3, 6) strain, rate, acceleration at the Gauss points
+    omega: Floats  # (S, 3, 6) Ω and its two time derivatives
+    relative: Floats  # (S, 12) rotation by rows, translation of exp(Ω)
+    rotation: Floats  # (S + 1, 9) node orientation in the base frame
+    position: Floats  # (S + 1, 3) node position in the base frame, m
+    eta: Floats  # (S + 1, 6) body twist
+    acc: Floats  # (S + 1, 6) body acceleration minus gravity
+    # (S + 1, 6) sum of inertial minus external wrenches from a node to the tip, body frame
+    wrench: Floats
+    gravity: Floats  # (3,) base frame, m/s²
+    dead: Floats  # (S + 1, 6) moment and force fixed in the base frame
+    follower: Floats  # (S + 1, 6) moment and force fixed in the section
+    effort: Floats  # (A,) N·m or N
+    tendon: Floats  # (A,) present tendon length, m
+
+
+def new_data(model: Model) -> Data:
+    """Allocate zeroed scratch for ``model``."""
+    segments = len(model.half)
+    actuators = len(model.port_ptr) - 1
+    nodes = segments + 1
+    data = Data(
+        xi=np.zeros((segments, 2, 3, 6)),
+        omega=np.zeros((segments, 3, 6)),
+        relative=np.zeros((segments, 12)),
+        rotation=np.zeros((nodes, 9)),
+        position=np.zeros((nodes, 3)),
+        eta=np.zeros((nodes, 6)),
+        acc=np.zeros((nodes, 6)),
+        wrench=np.zeros((nodes, 6)),
+        gravity=np.zeros(3),
+        dead=np.zeros((nodes, 6)),
+        follower=np.zeros((nodes, 6)),
+        effort=np.zeros(actuators),
+        tendon=np.zeros(actuators),
+    )
+    data.rotation[0, [0, 4, 8]] = 1.0
+    return data
+
+
+class Loads(NamedTuple):
+    """Scheduled loads, lumped to nodes. L loads, P node wrenches."""
+
+    ptr: Ints  # (L + 1,) wrenches of a load
+    node: Ints  # (P,)
+    wrench: Floats  # (P, 6) moment and force; base frame if dead, section frame if following
+    follows: Ints  # (L,) 1: follower, 0: dead
+    schedule: Floats  # (L, 3) start, end, ramp in s
+    switches: Floats  # sorted times in s at which a factor jumps or bends
+
+
+class Samples(NamedTuple):
+    """Frames between nodes, each one Magnus step from a node. P samples."""
+
+    node: Ints  # (P,)
+    half: Floats  # (P,)
+    kappa: Floats  # (P,)
+    xi0: Floats  # (P, 2, 6)
+    entry_ptr: Ints  # (P + 1,)
+    entry_col: Ints
+    entry_comp: Ints
+    entry_phi: Floats

@@ -1,0 +1,27 @@
+"""Quadrature rules on [0, 1]."""
+
+import numpy as np
+from numpy.polynomial import Legendre
+from numpy.polynomial.legendre import leggauss
+
+from .model import Floats
+
+
+def gauss(count: int) -> tuple[Floats, Floats]:
+    """Return points and weights of the Gauss–Legendre rule, exact to degree 2 count − 1."""
+    x, w = leggauss(count)
+    return 0.5 * (1.0 + x), 0.5 * w
+
+
+def lobatto(count: int) -> tuple[Floats, Floats]:
+    """Return points and weights of the Gauss–Lobatto rule, exact to degree 2 count − 3."""
+    if count < 2:
+        raise ValueError(f"a Gauss–Lobatto rule has at least 2 points, not {count}")
+    p = Legendre.basis(count - 1)
+    x = np.concatenate([[-1.0], np.sort(p.deriv().roots().real), [1.0]])
+    # one Newton step on P' polishes the companion-matrix roots to round-off
+    inner = x[1:-1]
+    x[1:-1] = inner - p.deriv(1)(inner) / p.deriv(2)(inner)
+    x = 0.5 * (x - x[::-1])
+    w = 2.0 / (count * (count - 1) * p(x) ** 2)
+    return 0.5 * (1.0 + x), 0.5 * w

@@ -1,0 +1,287 @@
+"""A scene that moves: state, inputs held between calls, steps, and what can be read off."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import Diverged
+from ..scene import Scene
+from .compile import sample_frames
+from .dynamics import Dynamics
+from .integrators import method_of
+from .kernels.advance import advance
+from .kernels.newton import (
+    EVALUATIONS,
+    FACTORISATIONS,
+    ITERATIONS,
+    REFUSED,
+    STEPS,
+    addresses,
+    new_work,
+)
+from .kernels.output import sample_poses
+from .model import Floats
+from .statics import equilibrium
+
+LEDGER = (
+    "kinetic",
+    "elastic",
+    "gravity",
+    "actuator_work",
+    "load_work",
+    "dissipated",
+    "residual",
+)
+REASONS = {
+    1: "Newton's method does not converge, even with 1/4096 of the step",
+    2: "the state is not finite",
+    3: "the Newton matrix is singular",
+}
+
+
+class Statistics(NamedTuple):
+    """Counters since construction."""
+
+    steps: int
+    evaluations: int
+    factorisations: int
+    iterations: int
+    refused: int
+
+
+class Simulation:
+    """A soft arm in motion.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Attributes
+    ----------
+    q, v : (n,) read-only views of the generalised coordinates and their rates
+    time_ns, step_ns : simulation time and step in whole nanoseconds
+
+    Notes
+    -----
+    The motion is a pure function of the scene and of the calls made, in steps: how steps are
+    grouped into
+    ``advance`` calls does not change a bit of it.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.dynamics = Dynamics(scene)
+        self.compiled = self.dynamics.compiled
+        self.model = self.compiled.model
+        self.coordinate_names = self.compiled.coordinate_names
+        self.actuator_names = tuple(actuator.name for actuator in scene.actuators)
+        self.n_coordinates = len(self.coordinate_names)
+        self.n_actuators = len(self.actuator_names)
+        self.length = self.compiled.length
+        self.step_ns = round(scene.numerics.step * 1e9)
+        self.step_index = 0
+        self._method = method_of(scene)
+        self._work = new_work(self.n_coordinates, max(1, self._method[0].shape[0] - 1))
+        self._q, self._v = np.zeros(self.n_coordinates), np.zeros(self.n_coordinates)
+        self.q, self.v = self._q.view(), self._v.view()
+        self.q.flags.writeable = self.v.flags.writeable = False
+        self._efforts = np.array([actuator.safe for actuator in scene.actuators], dtype=np.float64)
+        self._tip = np.zeros(6)
+        self._tip_follows = False
+        self._ledger = np.zeros(2)
+        base = self.compiled.base
+        self._base = np.concatenate([base[:3, :3].ravel(), base[:3, 3]])
+        self._data = self.dynamics.forcing(self._efforts)
+        self._calls = addresses(self.model, self._data, self._work)
+        self._start = self._initial_state()
+        self.reset()
+
+    @property
+    def time_ns(self) -> int:
+        """Simulation time in ns: a whole number of steps."""
+        return self.step_index * self.step_ns
+
+    @property
+    def time(self) -> float:
+        """Simulation time in s."""
+        return self.time_ns * 1e-9
+
+    def _initial_state(self) -> tuple[Floats, Floats]:
+        """Return q, v of the scene's initial state."""
+        initial, chain = self.scene.initial, self.compiled.chain
+        q, v = np.zeros(self.n_coordinates), np.zeros(self.n_coordinates)
+        given = np.zeros(self.n_coordinates, dtype=bool)
+        for name, value in initial.positions.items():
+            q[chain.joints[name]], given[chain.joints[name]] = value, True
+        for name, value in initial.velocities.items():
+            v[chain.joints[name]] = value
+        for name, offset in initial.strains.items():
+            rod, section = name.split("/")
+            for element in chain.rods[rod].elements:
+                if element.section.name == section:
+                    self._impose(element, offset, q)
+        if initial.state == "equilibrium":
+            # joints with a given position hold it: what is asked for is the shape around them
+            q = equilibrium(self.dynamics, q, efforts=self._efforts, free=~given)
+        return q, v
+
+    @staticmethod
+    def _impose(element, offset: Floats, q: Floats) -> None:
+        """Set the coordinates of an element so that its strain is ξ₀ + offset throughout."""
+        s = np.linspace(*element.span, 50)[1:-1]
+        for columns in element.columns:
+            component, first, count = columns
+            phi = element.values(columns, s)
+            solution = np.linalg.lstsq(phi, np.full(len(s), offset[component]), rcond=None)[0]
+            used = np.any(phi != 0.0, axis=0)
+            q[first : first + count][used] = solution[used]
+
+    def reset(self) -> None:
+        """Go back to the initial state, with safe efforts and no wrench at the tip.
+
+        Time goes on.
+        """
+        self._q[:], self._v[:] = self._start
+        self._efforts[:] = [actuator.safe for actuator in self.scene.actuators]
+        self._tip[:] = 0.0
+        self._tip_follows = False
+        self._work.a[:] = 0.0
+        self._work.key[:] = -1.0
+        self._work.restart[0] = 1
+        self._ledger[:] = 0.0
+        self._actuator_work = 0.0
+        self._settled = self.dynamics.ports(self._q, self._v)[0]
+        self._reference = sum(self.dynamics.energies(self._q, self._v))
+
+    def set_efforts(self, efforts: Floats) -> None:
+        """Hold efforts (A,) in scene order, in N·m or N, from now on."""
+        efforts = np.asarray(efforts, dtype=np.float64)
+        if efforts.shape != self._efforts.shape or not np.isfinite(efforts).all():
+            raise ValueError(
+                f"efforts must be {self._efforts.shape} finite numbers, not {efforts!r}"
+            )
+        if np.array_equal(efforts, self._efforts):
+            return
+        self._settle()
+        self._efforts[:] = efforts
+        self._work.restart[0] = 1
+
+    def set_tip_wrench(self, wrench: Floats, frame: str = "world") -> None:
+        """Hold a wrench (6,), moment N·m then force N, on the tip.
+
+        Along world axes, or ("tip") following it.
+        """
+        wrench = np.asarray(wrench, dtype=np.float64)
+        if wrench.shape != (6,) or not np.isfinite(wrench).all():
+            raise ValueError(f"a wrench is 6 finite numbers, not {wrench!r}")
+        if frame not in ("world", "tip"):
+            raise ValueError(f"frame must be 'world' or 'tip', not {frame!r}")
+        follows = frame == "tip"
+        local = wrench if follows else self.dynamics.to_base(wrench)
+        if follows == self._tip_follows and np.array_equal(local, self._tip):
+            return
+        self._tip[:], self._tip_follows = local, follows
+        self._work.restart[0] = 1
+
+    def advance(self, steps: int) -> None:
+        """Make ``steps`` steps. The GIL is free meanwhile.
+
+        Raises
+        ------
+        Diverged
+            if a step is refused even when cut into small pieces; state and time are those of the
+            last good step.
+        """
+        numerics = self.scene.numerics
+        self._data.gravity[:] = self.compiled.gravity
+        self._data.effort[:] = self._efforts
+        made, status = advance(
+            self._calls,
+            self.model,
+            self.compiled.loads,
+            self._data,
+            self._work,
+            self._method,
+            self._tip,
+            self._tip_follows,
+            numerics.tolerance,
+            numerics.max_iterations,
+            self.time_ns,
+            self.step_ns,
+            steps,
+            self._q,
+            self._v,
+            self._ledger,
+        )
+        self.step_index += made
+        if status:
+            raise Diverged(self.time, REASONS[status])
+
+    def _settle(self) -> None:
+        """Book the work done by the efforts held so far: exact, since they were constant."""
+        position = self.dynamics.ports(self._q, self._v)[0]
+        self._actuator_work += float(self._efforts @ (position - self._settled))
+        self._settled = position
+
+    def ports(self) -> tuple[Floats, Floats, Floats]:
+        """Return position, velocity and effort (A,) of the actuator ports."""
+        return *self.dynamics.ports(self._q, self._v), self._efforts.copy()
+
+    def ledger(self) -> Floats:
+        """Return the energies and works of LEDGER in J.
+
+        The residual is H − H₀ − work + dissipated: what the time integration lost or made of
+        energy.
+        """
+        self._settle()
+        kinetic, elastic, gravity = self.dynamics.energies(self._q, self._v)
+        dissipated, load_work = self._ledger
+        stored = kinetic + elastic + gravity - self._reference
+        residual = stored - self._actuator_work - load_work + dissipated
+        return np.array(
+            [kinetic, elastic, gravity, self._actuator_work, load_work, dissipated, residual]
+        )
+
+    def statistics(self) -> Statistics:
+        """Return the solver's counters."""
+        c = self._work.counters
+        picks = (STEPS, EVALUATIONS, FACTORISATIONS, ITERATIONS, REFUSED)
+        return Statistics(*(int(c[i]) for i in picks))
+
+    def sampler(self, poses: int) -> Sampler:
+        """Return a sampler of ``poses`` frames, equally spaced in arc length from base to tip."""
+        return Sampler(self, np.linspace(0.0, self.length, poses))
+
+
+class Sampler:
+    """Frames at fixed arc lengths ``s`` (N,) in m.
+
+    Quaternions keep their sign from call to call.
+    """
+
+    def __init__(self, simulation: Simulation, s: Floats) -> None:
+        self.s = s
+        self._simulation = simulation
+        self._samples = sample_frames(simulation.compiled, s)
+        self._poses = np.zeros((len(s), 7))
+        self._poses[:, 6] = 1.0
+        self._zero = np.zeros(simulation.n_coordinates)
+
+    def poses(self) -> Floats:
+        """Return poses (N, 7) x y z qx qy qz qw in the world.
+
+        The array is reused by the next call.
+        """
+        simulation = self._simulation
+        sample_poses(
+            simulation.model,
+            simulation._data,
+            self._samples,
+            simulation._base,
+            simulation.q,
+            self._zero,
+            self._poses,
+        )
+        return self._poses

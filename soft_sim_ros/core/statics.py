@@ -1,0 +1,109 @@
+"""Static equilibrium: Newton on the same residual, the load applied in steps that adapt."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import StaticsFailed
+from .dynamics import Dynamics
+from .model import Floats
+
+MIN_LOAD_STEP = 1e-6
+
+
+def equilibrium(
+    dynamics: Dynamics,
+    q: Floats | None = None,
+    *,
+    efforts: Floats | None = None,
+    time: float = 0.0,
+    tip: Floats | None = None,
+    tip_follows: bool = False,
+    tolerance: float = 1e-12,
+    iterations: int = 25,
+    free: Floats | None = None,
+) -> Floats:
+    """Return q (n,) with r(q, 0, 0) = 0.
+
+    Parameters
+    ----------
+    q : (n,) start; the reference shape by default
+    efforts : (A,) actuator efforts in scene order
+    time : s at which scheduled loads are taken
+    tip : (6,) moment and force at the tip in the base frame, fixed there or (``tip_follows``) in
+    the section
+    tolerance : largest last correction, as a displacement of the tip in arm lengths
+    iterations : Newton steps allowed for one load step
+    free : (n,) bool, coordinates to be found; the others keep their start value
+
+    Raises
+    ------
+    StaticsFailed
+        if the load path cannot be followed to the full load.
+
+    Notes
+    -----
+    Weight, loads and efforts grow together from zero to their full size along the path of
+    equilibria that starts
+    at q, so of several equilibria the one on the load path is found. A limit point ends it.
+    """
+    n = dynamics.n
+    state = np.zeros(n) if q is None else np.array(q, dtype=np.float64)
+    mask = np.ones(n, dtype=bool) if free is None else np.asarray(free, dtype=bool)
+    if not mask.any():
+        return state
+    reached, step = 0.0, 1.0
+    previous: tuple[float, Floats] | None = None
+    while reached < 1.0:
+        share = min(1.0, reached + step)
+        guess = state.copy()
+        if previous is not None and reached > previous[0]:
+            guess += (share - reached) / (reached - previous[0]) * (state - previous[1])
+        found, size = _newton(
+            dynamics, guess, mask, (efforts, time, share, tip, tip_follows), tolerance, iterations
+        )
+        if found is None:
+            step *= 0.25
+            if step < MIN_LOAD_STEP:
+                raise StaticsFailed(reached, size, time)
+            continue
+        previous = (reached, state)
+        reached, state = share, found
+        step *= 2.0
+    return state
+
+
+def _newton(
+    dynamics: Dynamics,
+    q: Floats,
+    mask: np.ndarray,
+    forcing: tuple,
+    tolerance: float,
+    iterations: int,
+) -> tuple[Floats | None, float]:
+    """Return (equilibrium or None, last correction in arm lengths)."""
+    zero = np.zeros(len(q))
+    weight = dynamics.model.weight
+    size, first = np.inf, np.inf
+    q = q.copy()
+    for iteration in range(iterations):
+        data = dynamics.forcing(*forcing)
+        residual = dynamics.residual(q, zero, zero, data)
+        matrix = dynamics.tangent((1.0, 0.0, 0.0))
+        if not (np.isfinite(residual).all() and np.isfinite(matrix).all()):
+            return None, np.inf
+        try:
+            step = np.linalg.solve(matrix[np.ix_(mask, mask)], residual[mask])
+        except np.linalg.LinAlgError:
+            return None, np.inf
+        q[mask] -= step
+        size = float(np.max(np.abs(step) * weight[mask]))
+        if size <= tolerance:
+            return q, size
+        if iteration == 0:
+            first = size
+        # a first correction of many arm lengths, or growth, means the step along the load path was
+        # too long
+        if not np.isfinite(size) or size > 4.0 * max(first, 0.1) or first > 3.0:
+            return None, size
+    return None, size
