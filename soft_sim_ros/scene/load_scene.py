@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from soft_sim_ros.errors import SceneError
+from soft_sim_ros.paths import config_directory
 from soft_sim_ros.scene.actuator import Actuator, read_actuators
 from soft_sim_ros.scene.body import Body, read_bodies
 from soft_sim_ros.scene.document import Document
@@ -20,7 +21,6 @@ from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.scene.words import NAME
 
-DEFAULT_SCENE = "soft_arm"
 GRAVITY = (0.0, 0.0, -9.81)
 
 
@@ -117,17 +117,18 @@ def find_scene(path_or_name: str | Path) -> Path:
         return scenes[path.stem]
     close = difflib.get_close_matches(path.stem, scenes, 1)
     hint = f" (did you mean {close[0]}?)" if close else ""
-    expected = f"an existing file or one of the scenes {', '.join(scenes)}{hint}"
+    packaged = f"one of the scenes {', '.join(scenes)}{hint}" if scenes else "(none is installed)"
+    expected = f"an existing file or {packaged}"
     raise SceneError(str(path_or_name), "", "(no such file)", expected)
 
 
 def packaged_scenes() -> dict[str, Path]:
     """Return the scenes that come with the package, name → file.
 
-    They lie in ``config/`` beside the package in a source tree, else in
-    ``share/soft_sim_ros/config/`` of the prefix the package is installed under.
+    There are none if the package was installed without its data files.
     """
-    root = Path(__file__).resolve().parents[2]
-    folders = [root / "config", *(p / "share/soft_sim_ros/config" for p in root.parents)]
-    folder = next((f for f in folders if (f / f"{DEFAULT_SCENE}.yaml").is_file()), None)
-    return {} if folder is None else {file.stem: file for file in sorted(folder.glob("*.yaml"))}
+    try:
+        folder = config_directory()
+    except FileNotFoundError:
+        return {}
+    return {file.stem: file for file in sorted(folder.glob("*.yaml"))}
