@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from soft_sim_ros.core.simulation import LEDGER
 from soft_sim_ros.recording.cdr import (
     Float64MultiArrayBuffer,
     JointStateBuffer,
@@ -17,15 +18,6 @@ from soft_sim_ros.recording.cdr import (
 from soft_sim_ros.recording.topics import output_topics
 
 Floats = NDArray[np.float64]
-LEDGER = (
-    "kinetic",
-    "elastic",
-    "gravity",
-    "actuator_work",
-    "load_work",
-    "dissipated",
-    "residual",
-)
 
 
 class PoseSource(Protocol):

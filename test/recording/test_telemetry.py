@@ -70,8 +70,3 @@ def test_a_reset_at_the_same_time_is_seen(arm, telemetry: Telemetry) -> None:
 def test_one_pose_is_not_a_backbone(arm) -> None:
     with pytest.raises(ValueError, match="poses = 1: expected at least 2"):
         Telemetry(arm, 1, "base", "/soft_arm")
-
-
-def test_the_ledger_is_that_of_the_core() -> None:
-    core = pytest.importorskip("soft_sim_ros.core.simulation", reason="the core is not there yet")
-    assert LEDGER == core.LEDGER

@@ -1,0 +1,129 @@
+"""A recording as plain tables and arrays."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_sim_ros.recording.decode import FloatArray, JointState, Wrench
+from soft_sim_ros.recording.reader import Input, Run
+from soft_sim_ros.recording.series import JointSeries
+
+_POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+_WRENCH = ("moment_x", "moment_y", "moment_z", "force_x", "force_y", "force_z")
+
+
+def export_csv(run: Run, directory: str | Path) -> list[Path]:
+    """Write one table per recorded topic; numbers are exact, the first column is time in s.
+
+    Topics that were not recorded make no table. Commands, wrenches and events share
+    ``inputs.csv``, one line per value.
+
+    Parameters
+    ----------
+    run : the recording
+    directory : where the tables go; made if missing
+
+    Returns
+    -------
+    list of Path
+        the tables written
+    """
+    directory = Path(directory)
+    directory.mkdir(parents=True, exist_ok=True)
+    written = []
+
+    def table(name: str, time: NDArray, columns: Sequence[str], values: NDArray) -> None:
+        if len(time) == 0:
+            return
+        path = directory / f"{name}.csv"
+        with path.open("w", newline="") as stream:
+            writer = csv.writer(stream)
+            writer.writerow(["time", *columns])
+            rows = np.column_stack([time, values.reshape(len(time), -1)])
+            writer.writerows(map(repr, row) for row in rows.tolist())
+        written.append(path)
+
+    backbone = run.backbone
+    poses = [f"{name}{index}" for index in range(backbone.poses.shape[1]) for name in _POSE]
+    table("backbone", backbone.time, poses, backbone.poses)
+    table("tip_pose", run.tip_pose.time, _POSE, run.tip_pose.poses)
+    for name, joints in (("joint_states", run.joint_states), ("strain_state", run.strain_state)):
+        columns, values = _columns(joints)
+        table(name, joints.time, columns, values)
+    table("energy", run.energy.time, run.energy.names, run.energy.values)
+    if run.inputs:
+        path = directory / "inputs.csv"
+        with path.open("w", newline="") as stream:
+            writer = csv.writer(stream)
+            writer.writerow(["time", "topic", "name", "value"])
+            for entry in run.inputs:
+                for name, value in _values(entry):
+                    writer.writerow([repr(entry.time_ns / 1e9), entry.topic, name, value])
+        written.append(path)
+    return written
+
+
+def export_npz(run: Run, file: str | Path) -> Path:
+    """Write every array of a recording into one ``.npz`` file, times in ns and SI units.
+
+    Parameters
+    ----------
+    run : the recording
+    file : file to write; ``.npz`` is added if missing
+
+    Returns
+    -------
+    Path
+        the file written
+    """
+    path = Path(file)
+    if path.suffix != ".npz":
+        path = path.with_name(path.name + ".npz")
+    arrays: dict[str, NDArray] = {
+        "backbone_time_ns": run.backbone.time_ns,
+        "backbone_poses": run.backbone.poses,
+        "tip_pose_time_ns": run.tip_pose.time_ns,
+        "tip_pose_poses": run.tip_pose.poses,
+        "energy_time_ns": run.energy.time_ns,
+        "energy_names": np.array(run.energy.names, dtype=str),
+        "energy_values": run.energy.values,
+    }
+    for name, joints in (("joint_states", run.joint_states), ("strain_state", run.strain_state)):
+        arrays[f"{name}_time_ns"] = joints.time_ns
+        arrays[f"{name}_name"] = np.array(joints.name, dtype=str)
+        for field in ("position", "velocity", "effort"):
+            arrays[f"{name}_{field}"] = getattr(joints, field)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savez_compressed(path, **arrays)
+    return path
+
+
+def _columns(joints: JointSeries) -> tuple[list[str], NDArray]:
+    names, blocks = [], []
+    for field in ("position", "velocity", "effort"):
+        values = getattr(joints, field)
+        if values.shape[1]:
+            names += [f"{field}:{name}" for name in joints.name]
+            blocks.append(values)
+    return names, np.hstack(blocks) if blocks else np.empty((len(joints), 0))
+
+
+def _values(entry: Input) -> list[tuple[str, str]]:
+    """Take one input apart into named values."""
+    message = entry.message
+    if isinstance(message, FloatArray):
+        return [(str(index), repr(value)) for index, value in enumerate(message.data.tolist())]
+    if isinstance(message, JointState):
+        return [
+            (f"{field}:{name}", repr(value))
+            for field in ("position", "velocity", "effort")
+            for name, value in zip(message.name, getattr(message, field).tolist(), strict=False)
+        ]
+    if isinstance(message, Wrench):
+        return [(n, repr(v)) for n, v in zip(_WRENCH, message.wrench.tolist(), strict=True)]
+    return [("", str(message))]

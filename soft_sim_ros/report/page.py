@@ -1,0 +1,188 @@
+"""One self-contained HTML page about one run."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from soft_sim_ros.errors import RecordingError
+from soft_sim_ros.recording.reader import Run, read_run
+from soft_sim_ros.report import numbers
+from soft_sim_ros.report.style import RC
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_METADATA = {"svg": {"Date": None}, "png": {"Software": None}}  # equal runs, equal bytes
+_CSS = """
+:root { --ink: #1d2733; --soft: #66717d; --line: #e3e8ed; --accent: #0072b2; }
+* { box-sizing: border-box; }
+body { margin: 0; background: #f4f6f8; color: var(--ink);
+  font: 15px/1.5 system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", sans-serif; }
+main { max-width: 1080px; margin: 0 auto; padding: 28px 20px 60px; }
+h1 { font-size: 26px; line-height: 1.2; margin: 0; }
+h2 { font-size: 16px; margin: 0 0 10px; }
+.sub { color: var(--soft); margin: 4px 0 22px; overflow-wrap: anywhere; }
+.card { background: #fff; border: 1px solid var(--line); border-radius: 8px;
+  padding: 18px 20px; margin: 0 0 18px; }
+.card img { display: block; width: 100%; height: auto; }
+.tables { display: grid; grid-template-columns: repeat(auto-fit, minmax(300px, 1fr)); gap: 18px; }
+.tables .card { margin: 0; }
+.tables { margin-bottom: 18px; }
+table { border-collapse: collapse; width: 100%; font-size: 13.5px; }
+th, td { text-align: left; padding: 4px 0; border-top: 1px solid var(--line);
+  vertical-align: top; overflow-wrap: anywhere; }
+tr:first-child th, tr:first-child td { border-top: 0; }
+th { font-weight: 400; color: var(--soft); padding-right: 14px; width: 46%; }
+td { font-variant-numeric: tabular-nums; }
+.note { border-left: 4px solid #d55e00; background: #fff6ef; padding: 10px 14px;
+  border-radius: 4px; margin: 0 0 18px; }
+.note p { margin: 0; }
+summary { cursor: pointer; font-weight: 600; }
+pre { font: 12.5px/1.45 ui-monospace, SFMono-Regular, Menlo, Consolas, monospace;
+  overflow-x: auto; margin: 12px 0 0; }
+@media print { body { background: #fff; } .card { break-inside: avoid; } }
+"""
+
+
+def write_report(run_directory: str | Path, out: str | Path | None = None) -> Path:
+    """Write one HTML page about a run: pictures, numbers, scene; nothing is loaded from outside.
+
+    Parameters
+    ----------
+    run_directory : rosbag2 directory, or one MCAP file; a ``summary.json`` beside it is used
+    out : file to write, ``report.html`` beside the recording if not given
+
+    Returns
+    -------
+    Path
+        the page
+    """
+    source = Path(run_directory)
+    run = read_run(source)
+    folder = source.parent if source.is_file() else source
+    path = Path(out) if out is not None else folder / "report.html"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(_page(run, numbers.read_summary(folder)), encoding="utf-8")
+    return path
+
+
+def picture(run: Run | str | Path, path: str | Path) -> Path:
+    """Write one PNG of the motion.
+
+    Parameters
+    ----------
+    run : the recording, or where it lies
+    path : file to write
+
+    Raises
+    ------
+    RecordingError
+        if the recording holds no backbone
+    """
+    run = run if isinstance(run, Run) else read_run(run)
+    if len(run.backbone) == 0:
+        raise RecordingError(run.path, "cannot be drawn: it holds no backbone messages")
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    from soft_sim_ros.report.motion import motion
+
+    path.write_bytes(_drawn(lambda: motion(run), "png"))
+    return path
+
+
+def _drawn(draw: Callable[[], Figure], kind: str) -> bytes:
+    """Draw a figure in our style; neither windows nor settings of the caller are touched."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    stream = io.BytesIO()
+    with matplotlib.rc_context(RC):
+        figure = draw()
+        FigureCanvasAgg(figure)
+        figure.savefig(stream, format=kind, dpi=150, metadata=_METADATA[kind])
+    return stream.getvalue()
+
+
+def _page(run: Run, summary: dict) -> str:
+    scene = run.metadata.get("scene") or summary.get("scene") or run.path.resolve().name
+    parts = [
+        f"<h1>{html.escape(str(scene))}</h1>",
+        f'<p class="sub">{html.escape(str(run.path.resolve()))}</p>',
+        _notes(run, summary),
+        _pictures(run, summary),
+        '<div class="tables">',
+        _table("Motion", numbers.motion_rows(run)),
+        _table("Speed", numbers.speed_rows(summary)),
+        _table("Accuracy", numbers.accuracy_rows(run, summary)),
+        _table("Machine and versions", numbers.machine_rows(run)),
+        "</div>",
+        _table("Messages by topic", [(t, f"{n:,}") for t, n in run.counts.items()]),
+    ]
+    if run.scene_text is not None:
+        parts.append(
+            '<details class="card"><summary>Scene</summary>'
+            f"<pre>{html.escape(run.scene_text)}</pre></details>"
+        )
+    body = "\n".join(part for part in parts if part)
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{html.escape(str(scene))}</title>\n<style>{_CSS}</style>\n</head>\n"
+        f"<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
+    )
+
+
+def _notes(run: Run, summary: dict) -> str:
+    """Say first what a reader must know before trusting the rest."""
+    notes = []
+    if run.torn:
+        notes.append(f"This recording was never closed; it is readable up to {run.end:.6g} s.")
+    if run.damaged_chunks:
+        notes.append(f"{run.damaged_chunks} parts of the recording are damaged and left out.")
+    dropped = (summary.get("recording") or {}).get("dropped")
+    if dropped:
+        notes.append(f"{dropped} messages were dropped because the disk was too slow or full.")
+    diverged = [text for _, text in run.events if text.startswith("diverged")]
+    notes += [f"The solver gave up: {text}" for text in diverged[:1]]
+    if not notes:
+        return ""
+    return '<div class="note">' + "".join(f"<p>{html.escape(n)}</p>" for n in notes) + "</div>"
+
+
+def _pictures(run: Run, summary: dict) -> str:
+    from soft_sim_ros.report import plots
+    from soft_sim_ros.report.motion import motion
+
+    pictures: list[tuple[str, bool, Callable[[], Figure]]] = [
+        ("Backbone and path of the tip", len(run.backbone) > 0, lambda: motion(run)),
+        ("Tip", len(numbers.tip_path(run)[0]) > 0, lambda: plots.tip(run)),
+        ("Actuators", bool(run.joint_states.name), lambda: plots.actuators(run)),
+        ("Energy", len(run.energy) > 0, lambda: plots.energy(run)),
+        (
+            "Timing",
+            max(len(run.backbone), len(run.joint_states)) > 1 or bool(summary.get("step_cost")),
+            lambda: plots.timing(run, summary),
+        ),
+    ]
+    return "\n".join(
+        f'<section class="card"><h2>{title}</h2><img alt="{title}" '
+        f'src="data:image/svg+xml;base64,{base64.b64encode(_drawn(draw, "svg")).decode()}">'
+        "</section>"
+        for title, there, draw in pictures
+        if there
+    )
+
+
+def _table(title: str, rows: numbers.Rows) -> str:
+    if not rows:
+        return ""
+    lines = "".join(
+        f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
+        for name, value in rows
+    )
+    return f'<section class="card"><h2>{title}</h2><table>{lines}</table></section>'
