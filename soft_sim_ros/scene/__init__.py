@@ -11,7 +11,7 @@ from soft_sim_ros.scene.initial import Initial
 from soft_sim_ros.scene.load import DistributedLoad, Load, PointLoad, Schedule
 from soft_sim_ros.scene.load_scene import Scene, load_scene, packaged_scenes, parse_scene
 from soft_sim_ros.scene.material import Material
-from soft_sim_ros.scene.numerics import INTEGRATORS, Basis, Numerics
+from soft_sim_ros.scene.numerics import BASES, INTEGRATORS, Basis, Numerics
 from soft_sim_ros.scene.pose import Pose
 from soft_sim_ros.scene.reference import Reference
 from soft_sim_ros.scene.section import Section
@@ -19,7 +19,7 @@ from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 
 __all__ = [
-    "INTEGRATORS", "STRAINS",
+    "BASES", "INTEGRATORS", "STRAINS",
     "Actuator", "Basis", "Body", "DistributedLoad", "Initial", "Joint", "JointActuator", "Load",
     "Material", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference", "RigidBody",
     "Rod", "Scene", "Schedule", "Section", "SectionSummary", "TendonActuator",
