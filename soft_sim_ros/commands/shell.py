@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 
 from soft_sim_ros.errors import SoftSimError, SolverError
@@ -24,7 +25,9 @@ def verb(main: Main) -> Main:
     @functools.wraps(main)
     def wrapped(argv: Sequence[str] | None = None) -> int:
         try:
-            return main(argv)
+            with warnings.catch_warnings():
+                warnings.showwarning = _show_warning
+                return main(argv)
         except KeyboardInterrupt:
             return _end("interrupted", INTERRUPTED)
         except SolverError as error:
@@ -40,6 +43,11 @@ def verb(main: Main) -> Main:
             return _end(f"error: {where}{error.strerror or error}", BAD_INPUT)
 
     return wrapped
+
+
+def _show_warning(message: Warning | str, *_: object) -> None:
+    """Show a warning as a line for users: where in the code it arose is nothing to them."""
+    print(f"warning: {message}", file=sys.stderr, flush=True)
 
 
 def require_ros(name: str) -> None:

@@ -1,0 +1,201 @@
+"""Simulate the recorded commands of the recorded scene again, and compare bit for bit."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from soft_sim_ros.commands.progress import Line
+from soft_sim_ros.commands.shell import DONE, FAILED, verb
+from soft_sim_ros.commands.warm_up import warm_up
+from soft_sim_ros.core.inputs import Inputs
+from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.errors import RecordingError
+from soft_sim_ros.node.commands import read_order
+from soft_sim_ros.recording.decode import stack
+from soft_sim_ros.recording.machine import machine_facts
+from soft_sim_ros.recording.reader import LoggedMessage, Run, read_run
+from soft_sim_ros.recording.telemetry import Telemetry
+from soft_sim_ros.recording.topics import ALL, INPUTS, resolve
+from soft_sim_ros.scene import parse_scene
+
+# Facts of the machine on which the last bits of a result may depend.
+DECISIVE = (
+    "soft_sim_ros", "processor", "architecture", "python", "numpy", "scipy", "numba", "llvmlite",
+)  # fmt: skip
+
+
+@dataclass
+class Comparison:
+    """How far a second simulation is from a recording.
+
+    Parameters
+    ----------
+    messages : number of messages compared
+    different : number of them with any bit different
+    first : time in s and topic of the first different one
+    largest : largest absolute difference of two numbers, by topic, in the units of the topic
+    facts : decisive facts that differ, as (name, recorded, here)
+    """
+
+    messages: int = 0
+    different: int = 0
+    first: tuple[float, str] | None = None
+    largest: dict[str, float] = field(default_factory=dict)
+    facts: list[tuple[str, str, str]] = field(default_factory=list)
+
+    @property
+    def identical(self) -> bool:
+        """Whether there is something to compare, and not a bit of it differs."""
+        return self.messages > 0 and self.different == 0
+
+    @property
+    def difference(self) -> float:
+        """Largest difference of all topics."""
+        return max(self.largest.values(), default=0.0)
+
+
+class Rerun:
+    """The recorded scene, driven by what the recording says came in.
+
+    Parameters
+    ----------
+    run : the recording
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        source, facts = run.scene_text, run.metadata
+        missing = [key for key in ("node", "poses", "frame_id", "command_timeout", "command_ramp")
+                   if key not in facts]  # fmt: skip
+        if source is None or missing:
+            lacks = ", ".join((["its scene"] if source is None else []) + missing)
+            raise RecordingError(run.path, f"cannot be simulated again: it lacks {lacks}")
+        scene = parse_scene(source, f"{run.path}/scene.yaml")
+        warm_up(scene)
+        self.simulation = Simulation(scene)
+        self._inputs = Inputs(
+            self.simulation, float(facts["command_timeout"]), float(facts["command_ramp"])
+        )
+        self._frame_id = facts["frame_id"]
+        node = facts["node"]
+        self._telemetry = Telemetry(self.simulation, int(facts["poses"]), self._frame_id, node)
+        self._builders = {t.name: getattr(self._telemetry, t.key) for t in self._telemetry.topics}
+        self._keys = {resolve(name, node): key for key, (name, _, _) in ALL.items()}
+
+    def compare(self, progress: Callable[[float], None] = lambda t: None) -> Comparison:
+        """Go through the recording in its order and compare every state in it."""
+        result = Comparison(facts=different_facts(self._run))
+        result.largest = dict.fromkeys(self._builders, 0.0)
+        for message in self._run.messages():
+            self._advance_to(message)
+            key = self._keys.get(message.topic)
+            if message.topic in self._builders:
+                self._compare(message, result)
+                progress(self.simulation.time)
+            elif key in INPUTS:
+                order = read_order(self._inputs, key, message.data, self._frame_id)
+                self._inputs.take(order)
+            elif key == "events" and _text(message) == "reset":
+                self._inputs.reset()
+        return result
+
+    def _advance_to(self, message: LoggedMessage) -> None:
+        steps, rest = divmod(message.time_ns - self.simulation.time_ns, self.simulation.step_ns)
+        if rest or steps < 0:
+            raise RecordingError(
+                self._run.path,
+                f"{message.topic} has a message at t = {message.time_ns / 1e9:.9f} s, where no "
+                f"step of {self.simulation.step_ns / 1e9:g} s begins after "
+                f"t = {self.simulation.time:.9f} s",
+            )
+        self._inputs.advance(steps)
+
+    def _compare(self, message: LoggedMessage, result: Comparison) -> None:
+        result.messages += 1
+        built = self._builders[message.topic]()
+        if built == message.data:
+            return
+        result.different += 1
+        result.first = result.first or (message.time_ns / 1e9, message.topic)
+        largest = max(result.largest[message.topic], _distance(message, built))
+        result.largest[message.topic] = largest
+
+
+def different_facts(run: Run) -> list[tuple[str, str, str]]:
+    """Decisive facts in which the recording's machine and this one differ."""
+    recorded = json.loads(run.attachments.get("machine.json", b"{}"))
+    here = machine_facts()
+    return [
+        (name, recorded.get(name, "unknown"), here.get(name, "unknown"))
+        for name in DECISIVE
+        if recorded.get(name) != here.get(name)
+    ]
+
+
+def _text(message: LoggedMessage) -> str:
+    return stack(message.type, [message.data]).texts[0]
+
+
+def _distance(message: LoggedMessage, built: bytes) -> float:
+    """Largest difference of the numbers of two messages; infinite if they differ in kind."""
+    one, other = stack(message.type, [message.data]), stack(message.type, [built])
+    if one.texts != other.texts or any(
+        a.shape != b.shape for a, b in zip(one.blocks, other.blocks, strict=True)
+    ):
+        return float("inf")
+    gaps = [
+        float(np.abs(a - b).max(initial=0.0)) for a, b in zip(one.blocks, other.blocks, strict=True)
+    ]
+    return max(gaps, default=0.0)
+
+
+@verb
+def main(argv: Sequence[str] | None = None) -> int:
+    """Compare the recording named on the command line with its re-simulation."""
+    parser = argparse.ArgumentParser(prog="rerun", description=__doc__)
+    parser.add_argument("recording", type=Path, help="rosbag2 directory, or one MCAP file")
+    parser.add_argument(
+        "--tolerance",
+        type=float,
+        default=1e-6,
+        metavar="X",
+        help="largest difference allowed where version or machine differ (default 1e-6, in the "
+        "units of the topics); on the same machine and version not a bit may differ",
+    )
+    options = parser.parse_args(argv)
+    run = read_run(options.recording)
+    line = Line()
+    rerun = Rerun(run)
+    comparison = rerun.compare(lambda t: line.show(f"t = {t:.2f} of {run.end:.2f} s"))
+    line.clear()
+    return tell(comparison, options.tolerance)
+
+
+def tell(comparison: Comparison, tolerance: float) -> int:
+    """Print what was found and give the exit code."""
+    for name, recorded, here in comparison.facts:
+        print(f"differs: {name}: recorded with {recorded}, here {here}")
+    for topic, value in sorted(comparison.largest.items()):
+        print(f"{value:12.3g}  largest difference on {topic}")
+    if comparison.identical:
+        print(f"identical: {comparison.messages} messages, 0 bits different")
+        return DONE
+    if comparison.messages == 0:
+        print("nothing to compare: the recording holds no states")
+        return FAILED
+    assert comparison.first is not None
+    time, topic = comparison.first
+    print(
+        f"{comparison.different} of {comparison.messages} messages differ, by up to "
+        f"{comparison.difference:.3g}; the first at t = {time:.9g} s on {topic}"
+    )
+    if comparison.facts and comparison.difference <= tolerance:
+        print(f"within the tolerance {tolerance:g} for another version or machine")
+        return DONE
+    return FAILED
