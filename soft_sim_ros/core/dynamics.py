@@ -10,7 +10,9 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from ..scene import Scene
+from . import se3
 from .compile import Compiled, compile_scene
+from .kernels.columns import node_jacobians
 from .kernels.forcing import apply_loads
 from .kernels.output import energies, ports
 from .kernels.sweep import inverse_dynamics
@@ -151,10 +153,35 @@ class Dynamics:
         self.residual(q, v, self._zero, self.forcing())
         return self._data.eta.copy()
 
+    def jacobians(self, q: Floats, v: Floats) -> tuple[Floats, Floats]:
+        """Return the body Jacobians J of all nodes and their rates J̇ along v (nodes, 6, n)."""
+        self.residual(q, v, self._zero, self.forcing())
+        nodes = len(self._data.position)
+        jacobian, rate = np.zeros((nodes, 6, self.n)), np.zeros((nodes, 6, self.n))
+        node_jacobians(self.model, self._data, jacobian, rate)
+        for k in range(nodes):
+            pose = np.eye(4)
+            pose[:3, :3] = self._data.rotation[k].reshape(3, 3)
+            pose[:3, 3] = self._data.position[k]
+            to_body = se3.Ad(se3.inverse(pose))
+            jacobian[k], spatial = to_body @ jacobian[k], to_body @ rate[k]
+            rate[k] = spatial - se3.ad(self._data.eta[k]) @ jacobian[k]
+        return jacobian, rate
+
     def tip_jacobian(self, q: Floats) -> Floats:
         """Return the body Jacobian (6, n) of the last node: C (1.25)."""
-        columns = [self.node_twists(q, row)[-1] for row in np.eye(self.n)]
-        return np.stack(columns, axis=1) if columns else np.zeros((6, 0))
+        return self.jacobians(q, self._zero)[0][-1]
+
+    def coriolis_matrix(self, q: Floats, v: Floats) -> Floats:
+        """Return C(q, q̇) (n, n) of C (1.33), with the null term M ad_η that makes Ṁ − 2C skew."""
+        jacobian, rate = self.jacobians(q, v)
+        out = np.zeros((self.n, self.n))
+        for k, (mass, *moments) in enumerate(self.model.inertia):
+            inertia = np.diag([*moments, mass, mass, mass])
+            ad = se3.ad(jacobian[k] @ v)
+            gyroscopic = inertia @ ad - ad.T @ inertia
+            out += jacobian[k].T @ (inertia @ rate[k] + gyroscopic @ jacobian[k])
+        return out
 
     def to_base(self, wrench: Floats) -> Floats:
         """Return the base-frame components of a wrench (6,) given along the world axes."""

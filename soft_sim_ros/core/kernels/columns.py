@@ -1,5 +1,7 @@
 """Derivatives of one segment: the columns it adds to the Jacobian, and its geometric stiffness."""
 
+import numpy as np
+
 from .dual import (
     add,
     dapply_t,
@@ -97,3 +99,25 @@ def local_stiffness(model, data, k, hessian):
     put_hankel(hessian[0, 1], dmadd(dmul(dtranspose(e1), qe2), rmscale(-kappa, y)))
     put_hankel(hessian[1, 0], dmadd(dmul(dtranspose(e2), qe1), rmscale(kappa, y)))
     put_hankel(hessian[1, 1], dmul(dtranspose(e2), qe2))
+
+
+@kernel
+def node_jacobians(model, data, jacobian, rate):
+    """Fill J and J̇ (nodes, 6, n) in the base frame, at the state of the last sweep: C (1.25)."""
+    columns = np.zeros((6, 6, 6))
+    n = jacobian.shape[2]
+    for k in range(len(model.half)):
+        for c in range(6):
+            for j in range(n):
+                jacobian[k + 1, c, j] = jacobian[k, c, j]
+                rate[k + 1, c, j] = rate[k, c, j]
+        if model.entry_ptr[k + 1] == model.entry_ptr[k]:
+            continue
+        pose_derivatives(model, data, k, columns)
+        for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
+            j, comp = model.entry_col[e], model.entry_comp[e]
+            for g in range(2):
+                phi = model.entry_phi[e, g]
+                for c in range(6):
+                    jacobian[k + 1, c, j] += phi * columns[g, c, comp]
+                    rate[k + 1, c, j] += phi * columns[2 + g, c, comp]
