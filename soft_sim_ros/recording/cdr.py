@@ -25,7 +25,7 @@ class _Layout:
 
     def __init__(self) -> None:
         self._bytes = bytearray()
-        self._stamp: int | None = None
+        self._stamp = self._stamp_size = 0  # types without a stamp have an empty one
         self._blocks: list[tuple[int, int]] = []
 
     def _align(self, size: int) -> None:
@@ -44,7 +44,7 @@ class _Layout:
 
     def stamp(self) -> _Layout:
         self._align(4)
-        self._stamp = len(self._bytes)
+        self._stamp, self._stamp_size = len(self._bytes), 8
         self._bytes += bytes(8)
         return self
 
@@ -63,17 +63,15 @@ class _Layout:
     def header(self, frame_id: str) -> _Layout:
         return self.stamp().text(frame_id)
 
-    def build(self) -> tuple[NDArray[np.uint8], NDArray[Any] | None, list[NDArray[np.float64]]]:
-        """Give the whole message as bytes, and views of its stamp (2,) and its float blocks."""
+    def build(self) -> tuple[NDArray[np.uint8], NDArray[Any], list[NDArray[np.float64]]]:
+        """Give the message as bytes, and views of its stamp, (2,) or (0,), and float blocks."""
         # four bytes of room in front put the first field, and so every number, on its alignment
         store = np.zeros(8 + len(self._bytes), np.uint8)
         message = store[4:]
         message[:4] = np.frombuffer(_HEADER, np.uint8)
         body = store[8:]
         body[:] = np.frombuffer(bytes(self._bytes), np.uint8)
-        stamp = None
-        if self._stamp is not None:
-            stamp = body[self._stamp : self._stamp + 8].view(_UNSIGNED)
+        stamp = body[self._stamp : self._stamp + self._stamp_size].view(_UNSIGNED)
         blocks = [body[at : at + 8 * count].view(_DOUBLE) for at, count in self._blocks]
         return message, stamp, blocks
 

@@ -21,6 +21,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.stream_reader import get_chunk_data_stream
+from zstandard import ZstdError
 
 from soft_sim_ros.errors import RecordingError
 from soft_sim_ros.recording.metadata import FILE_NAME, Channel
@@ -28,18 +29,9 @@ from soft_sim_ros.recording.metadata import FILE_NAME, Channel
 MAGIC = b"\x89MCAP0\r\n"
 _RECORD = struct.Struct("<BQ")  # opcode, length of what follows
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
-_OPCODES = {int(opcode) for opcode in Opcode}
 
-# what the decompressors and the parsers of the mcap package say about bytes they cannot use;
-# zstandard's error has no common base, but it is an Exception from a module we know
-_BAD_BYTES: tuple[type[Exception], ...] = (McapError, ValueError, struct.error, RuntimeError)
-try:
-    from zstandard import ZstdError
-
-    _BAD_BYTES = (*_BAD_BYTES, ZstdError)
-except ImportError:  # then the mcap package cannot read such chunks either, and says so
-    ZstdError = None
-
+# what the decompressors and parsers of the mcap package say about bytes they cannot use
+_BAD_BYTES = (McapError, ValueError, struct.error, RuntimeError, ZstdError)
 
 Take = Callable[[int, int, bytes], None]
 
@@ -175,7 +167,7 @@ def _records(stream: BinaryIO, size: int) -> Iterator[tuple[int, bytes]]:
         if len(head) < _RECORD.size:
             raise _Torn
         opcode, length = _RECORD.unpack(head)
-        if opcode not in _OPCODES or length > size - stream.tell():
+        if opcode == 0 or length > size - stream.tell():
             raise _Torn  # a record cut short, or bytes that are no record
         if opcode == Opcode.FOOTER:
             return

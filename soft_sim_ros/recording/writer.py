@@ -6,10 +6,11 @@ import atexit
 import json
 import threading
 import time
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from soft_sim_ros.errors import RecordingError
 from soft_sim_ros.recording.bag import SPLIT_BYTES, Bag, channel
 from soft_sim_ros.recording.machine import machine_facts
 from soft_sim_ros.recording.topics import Topic
@@ -76,8 +77,8 @@ class BagWriter:
         self._queue: deque[tuple[int, int, bytes]] = deque()
         self._entered = 0
         self._left = 0
-        self._drops: Counter[int] = Counter()
-        self._lost: Counter[str] = Counter()
+        self._drops = [0] * len(self._topics)
+        self._lost = [0] * len(self._topics)
         self._written = 0
         self._open = True
         self._failing = False
@@ -95,15 +96,13 @@ class BagWriter:
     @property
     def dropped(self) -> int:
         """Number of messages that will never be on disk."""
-        return sum(self._drops.values()) + sum(self._lost.values())
+        return sum(self._drops) + sum(self._lost)
 
     @property
     def dropped_by_topic(self) -> dict[str, int]:
         """Number of messages lost, by topic name; topics without losses are left out."""
-        counts = Counter(self._lost)
-        for index, count in self._drops.copy().items():
-            counts[self._topics[index].name] += count
-        return dict(counts)
+        rows = zip(self._topics, self._drops, self._lost, strict=True)
+        return {topic.name: drops + lost for topic, drops, lost in rows if drops + lost}
 
     @property
     def queued_bytes(self) -> int:
@@ -130,7 +129,10 @@ class BagWriter:
             False if the message was dropped (and counted), because the queue is full or the
             recording is closed
         """
-        index = self._index[key]
+        index = self._index.get(key)
+        if index is None:
+            reason = f"has no topic {key!r}; it has {', '.join(self._index)}"
+            raise RecordingError(self.directory, reason)
         if time_ns < 0:
             raise ValueError(f"time_ns = {time_ns} for {key}: expected a time of at least 0")
         size = len(data) + _OVERHEAD
@@ -237,11 +239,13 @@ class BagWriter:
         """Count everything that is not on disk as lost."""
         with self._gate:
             self._open = False
-        self._lost += Counter(self._bag.taken()) - Counter(self._bag.kept())
+        taken, kept = self._bag.taken(), self._bag.kept()
+        for index, topic in enumerate(self._topics):
+            self._lost[index] += taken.get(topic.name, 0) - kept.get(topic.name, 0)
         while self._queue:
             index, _, data = self._queue.popleft()
             self._left += len(data) + _OVERHEAD
-            self._lost[self._topics[index].name] += 1
+            self._lost[index] += 1
         try:
             self._bag.abandon()
         except OSError as reason:

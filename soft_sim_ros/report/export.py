@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +85,7 @@ def export_npz(run: Run, file: str | Path) -> Path:
     path = Path(file)
     if path.suffix != ".npz":
         path = path.with_name(path.name + ".npz")
-    arrays: dict[str, NDArray] = {
+    arrays: dict[str, Any] = {
         "backbone_time_ns": run.backbone.time_ns,
         "backbone_poses": run.backbone.poses,
         "tip_pose_time_ns": run.tip_pose.time_ns,

@@ -104,9 +104,9 @@ def _draw_plane(
     plane: tuple[int, int],
 ) -> None:
     across, up = plane
-    axes.add_collection(LineCollection(curves[..., plane], colors=shades, linewidths=1.0))
+    axes.add_collection(LineCollection(list(curves[..., plane]), colors=shades, linewidths=1.0))
     steps = np.stack([path[:-1, plane], path[1:, plane]], axis=1)
-    tip = LineCollection(steps, cmap=TIME_COLOURS, norm=span, linewidths=1.4, alpha=0.9)
+    tip = LineCollection(list(steps), cmap=TIME_COLOURS, norm=span, linewidths=1.4, alpha=0.9)
     tip.set_array(path_time[:-1])
     axes.add_collection(tip)
     axes.plot(*curves[0, 0, plane], "s", color=INK, markersize=4)

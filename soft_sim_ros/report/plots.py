@@ -95,9 +95,9 @@ def timing(run: Run, summary: Mapping[str, Any]) -> Figure:
 
 def _draw_cost(axes: Axes, cost: Mapping[str, Any], bins: list[Mapping[str, Any]]) -> None:
     """Draw a histogram that was counted in uneven bins, on a logarithmic axis."""
-    low = np.array([max(float(b["from_us"]), 1e-3) for b in bins])
-    worst = float(cost.get("worst_us") or low[-1])
-    high = np.array([worst if b["to_us"] is None else float(b["to_us"]) for b in bins])
+    worst = float(cost.get("worst_us") or 0.0)
+    high = np.array([float(b["to_us"] or max(worst, 2 * b["from_us"])) for b in bins])
+    low = np.maximum([float(b["from_us"]) for b in bins], high / 10)  # 0 is far on such an axis
     counts = np.array([int(b["steps"]) for b in bins])
     axes.bar(low, counts / counts.sum(), width=high - low, align="edge", color=COLOURS[5])
     axes.set_xscale("log")

@@ -205,3 +205,11 @@ def test_a_directory_that_cannot_be_made_is_an_error_at_once(tmp_path: Path) -> 
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(RecordingError, match="cannot be written"):
         BagWriter(tmp_path / "file" / "run", recorded_topics("/soft_arm"))
+
+
+def test_an_unknown_key_and_a_negative_time_are_refused_by_name(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "run", recorded_topics("/soft_arm")) as bag:
+        with pytest.raises(RecordingError, match="has no topic 'spine'; it has backbone, "):
+            bag.write("spine", 0, b"")
+        with pytest.raises(ValueError, match="time_ns = -5 for events"):
+            bag.write("events", -5, encode_string("x"))
