@@ -61,7 +61,7 @@ def elastica_tip(force):
 
 @pytest.mark.parametrize("force", [0.5, 5.0, 20.0])
 def test_large_deflection_of_a_cantilever_is_the_elastica(force):
-    dynamics = rod(strains=["bend_z"], order=12)
+    dynamics = rod(strains=["bend_z"], order=12, nodes=60)
     q = equilibrium(dynamics, tip=np.array([0, 0, 0, 0, force, 0]))
     np.testing.assert_allclose(tip(dynamics, q)[:2, 3], elastica_tip(force), atol=1e-8)
 
@@ -72,7 +72,7 @@ def cosserat_stiffness(shear=1.0):
 
 
 def test_droop_under_own_weight_is_that_of_the_cosserat_equations():
-    dynamics = rod(order=9, gravity=(0, 0, -9.81), section={"shear_correction": 1.0})
+    dynamics = rod(order=9, nodes=60, gravity=(0, 0, -9.81), section={"shear_correction": 1.0})
     pose = tip(dynamics, equilibrium(dynamics))
     weight = 1000.0 * np.pi * RADIUS**2 * 9.81
     position, turn = solve_rod(
@@ -90,7 +90,7 @@ def test_droop_under_own_weight_is_that_of_the_cosserat_equations():
 def test_a_pre_curved_arc_under_a_load_in_space_is_that_of_the_cosserat_equations():
     curvature = [2.0, -1.0, 3.0]
     section = {"shear_correction": 0.9, "reference": {"curvature": curvature}}
-    dynamics = rod(order=10, section=section)
+    dynamics = rod(order=10, nodes=60, section=section)
     force, moment = np.array([1.0, -2.0, 1.5]), np.array([0.1, -0.05, 0.2])
     pose = tip(dynamics, equilibrium(dynamics, tip=np.concatenate([moment, force])))
     rest = np.array([*curvature, 1.0, 0.0, 0.0])
