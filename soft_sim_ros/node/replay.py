@@ -26,6 +26,8 @@ from soft_sim_ros.recording.reader import LoggedMessage, Run, read_run
 from soft_sim_ros.recording.topics import INPUTS, Qos, resolve
 
 NAME = "replay"
+_BREATH = 0.001  # s between instants at rate 0: queues are short and subscribers need the time
+_PATIENCE = Duration(seconds=1.0)  # with a reliable subscriber that does not answer
 
 
 def main(args: list[str] | None = None) -> int:
@@ -100,7 +102,7 @@ class Player:
                 break
         for publisher in self._publishers.values():
             if not self._stop.is_set():
-                publisher.wait_for_all_acked(Duration(seconds=1.0))
+                publisher.wait_for_all_acked(_PATIENCE)
         for topic in self._publishers:
             log.info(f"{self.sent[topic]:8d}  {topic}")
         stopped = "stopped" if self._stop.is_set() else "done"
@@ -119,6 +121,8 @@ class Player:
                 self._publishers[message.topic].publish(message.data)
                 self.sent[message.topic] += 1
             self._clock.publish(self._clock_bytes.fill(time_ns))
+            if self._pacer.factor == 0.0:
+                time.sleep(_BREATH)
 
     def _instants(self) -> Iterator[tuple[int, Iterator[LoggedMessage]]]:
         wanted = (m for m in self._run.messages() if m.topic in self._publishers)
@@ -154,9 +158,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--delay",
         type=_rate,
-        default=1.0,
+        default=2.0,
         metavar="S",
-        help="seconds left to subscribers for finding the topics (default 1)",
+        help="seconds left to subscribers for finding the topics (default 2)",
     )
     return parser
 

@@ -44,7 +44,8 @@ def main(args: list[str] | None = None) -> int:
     words = remove_ros_args([NAME, *args])[1:]
     if words:
         asked = words[0] in ("-h", "--help")
-        print(usage() if asked else f"{NAME}: unexpected {words[0]!r}\n{usage()}", file=sys.stderr)
+        text = usage() if asked else f"{NAME}: unexpected {words[0]!r}\n{usage()}"
+        print(text, file=sys.stdout if asked else sys.stderr)
         return ENDED if asked else MISUSED
     with Signals() as signals:
         try:
@@ -74,6 +75,7 @@ def _run(signals: Signals) -> int:
     try:
         settings = declare(node)
         scene = load_scene(settings.scene)
+        log.info(f"starting {scene.name!r} of {scene.file}")
         _warm_up(scene, settings, log.info)
         signals.when_stopped(lambda: None)  # from here on there is a recording to be closed
         arm = Arm(node, scene, settings)
@@ -247,7 +249,7 @@ def _warm_up(scene: Scene, settings: Settings, say) -> None:
 
 
 @contextmanager
-def _patience(say, what: str, period: float = 3.0):
+def _patience(say, what: str, period: float = 5.0):
     """Say every few seconds what is being waited for."""
     done = threading.Event()
     begin = time.monotonic()

@@ -63,8 +63,8 @@ class StepCosts:
             "mean_us": self.total_ns / self.steps * 1e-3 if self.steps else None,
             "p50_us": _finite(upper[np.searchsorted(share, 0.50)]) if self.steps else None,
             "p99_us": _finite(upper[np.searchsorted(share, 0.99)]) if self.steps else None,
-            "worst_us": self.worst_ns * 1e-3,
-            "worst_at_s": self.worst_time_ns * 1e-9,
+            "worst_us": self.worst_ns / 1e3,
+            "worst_at_s": self.worst_time_ns / 1e9,
             "histogram": [
                 {
                     "from_us": round(float(edges[i]), 3),

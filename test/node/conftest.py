@@ -14,7 +14,28 @@ os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_DOMAIN_ID"] = str(random.randint(1, 100))
 
 import rclpy  # noqa: E402 - reads the environment
-from peer import Peer  # noqa: E402
+from peer import Peer, Program  # noqa: E402
+
+
+def pytest_collection_modifyitems(items):
+    """Leave time for kernels to be compiled: whichever test starts the first node pays for it."""
+    for item in items:
+        if Path(__file__).parent in item.path.parents:
+            item.add_marker(pytest.mark.timeout(400))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_orphans():
+    yield
+    Program.kill_since(0)
+
+
+@pytest.fixture(autouse=True)
+def _no_leftovers():
+    """Let no program that a failed test has started talk to the next test."""
+    begin = Program.count()
+    yield
+    Program.kill_since(begin)
 
 
 @pytest.fixture(scope="session")

@@ -13,14 +13,20 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
 
 PROGRAM = ("-c", "import sys; from soft_sim_ros.node import main; sys.exit(main(sys.argv[1:]))")
 FAULTY = (str(Path(__file__).with_name("faulty.py")),)
+ROOT = Path(__file__).parents[2]
 START = 240.0  # s; the first start on a machine compiles the kernels
+
+
+def _path() -> str:
+    """Give the module path for programs: this tree first, whether it is installed or not."""
+    return os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
 
 
 def wait_for(condition: Callable[[], Any], what: str, timeout: float = 10.0) -> Any:
@@ -36,6 +42,21 @@ def wait_for(condition: Callable[[], Any], what: str, timeout: float = 10.0) -> 
 class Program:
     """A program of this package in a process of its own."""
 
+    _all: list[subprocess.Popen] = []
+
+    @classmethod
+    def count(cls) -> int:
+        """Give the number of programs started so far."""
+        return len(cls._all)
+
+    @classmethod
+    def kill_since(cls, begin: int) -> None:
+        """Kill what a failed test has left of the programs from number ``begin`` on."""
+        for process in cls._all[begin:]:
+            if process.poll() is None:
+                process.kill()
+                process.wait()
+
     def __init__(self, folder: Path, command: tuple[str, ...], *args: str):
         self.output = folder / f"output_{time.monotonic_ns()}.txt"
         with self.output.open("w") as file:
@@ -43,9 +64,11 @@ class Program:
                 [sys.executable, *command, *args],
                 stdout=file,
                 stderr=subprocess.STDOUT,
-                cwd=Path(__file__).parents[2],
-                env={**os.environ, "PYTHONUNBUFFERED": "1"},
+                cwd=ROOT,
+                env={**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONPATH": _path()},
             )
+
+        self._all.append(self.process)
 
     @property
     def text(self) -> str:
@@ -97,7 +120,7 @@ class Peer:
     def __init__(self, context: rclpy.Context):
         self.node = Node(f"peer_{time.monotonic_ns()}", context=context)
         self._publishers: list[Any] = []
-        self._executor = SingleThreadedExecutor(context=context)
+        self._executor = EventsExecutor(context=context)
         self._executor.add_node(self.node)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._spin)

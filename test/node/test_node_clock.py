@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from soft_sim_ros.node import clock
 from soft_sim_ros.node.clock import MAX_LAG_NS, Pacer
 from soft_sim_ros.node.timing import StepCosts

@@ -7,6 +7,7 @@ from peer import PROGRAM, Program
 from rcl_interfaces.msg import ParameterType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+
 from soft_sim_ros.node.parameters import TABLE, ParameterError, declare, on_change
 
 
@@ -127,5 +128,3 @@ def test_the_node_does_not_start_with_what_it_does_not_understand(tmp_path, argu
     assert program.wait(240.0) == 2
     assert message in program.text
     assert "Traceback" not in program.text
-
-

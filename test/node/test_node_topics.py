@@ -13,8 +13,9 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from soft_sim_ros.recording.telemetry import LEDGER
 from std_msgs.msg import Float64MultiArray
+
+from soft_sim_ros.recording.telemetry import LEDGER
 
 SCENE = Path(__file__).with_name("arm.yaml")
 POSES = 11

@@ -1,0 +1,199 @@
+"""What a node has recorded can be replayed byte for byte and computed again bit for bit."""
+
+import json
+import signal
+import time
+from collections import defaultdict
+
+import numpy as np
+import pytest
+from peer import Peer, Program, wait_for
+from rclpy.serialization import deserialize_message
+from recorded_run import record_eventful_run
+from rosgraph_msgs.msg import Clock
+
+from soft_sim_ros.core.inputs import Inputs
+from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.node.commands import read_order
+from soft_sim_ros.node.publishers import message_class
+from soft_sim_ros.recording.cdr import encode_string
+from soft_sim_ros.recording.reader import read_run
+from soft_sim_ros.recording.telemetry import Telemetry
+from soft_sim_ros.recording.topics import ALL, INPUTS, OUTPUTS, resolve
+from soft_sim_ros.scene import parse_scene
+
+REPLAY = (
+    "-c",
+    "import sys; from soft_sim_ros.node.replay import main; sys.exit(main(sys.argv[1:]))",
+)
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory, context):
+    driver = Peer(context)
+    try:
+        return record_eventful_run(tmp_path_factory.mktemp("recorded"), driver)
+    finally:
+        driver.close()
+
+
+@pytest.fixture(scope="module")
+def run(record):
+    return read_run(record)
+
+
+def test_the_recording_holds_what_happened(run):
+    texts = [text for _, text in run.events]
+    assert [t for t in texts if not t.startswith("command_timeout")] == [
+        "pause",
+        "step",
+        "step",
+        "resume",
+        "reset",
+    ]
+    assert any(t.startswith("command_timeout") for t in texts)
+    assert [key for _, key, _, _ in run.inputs].count("external_wrench") == 2
+    assert not any(
+        np.isnan(entry.message.data).any() for entry in run.inputs if entry.key == "command"
+    )
+    assert run.counts["/soft_arm/backbone"] == run.counts["/joint_states"]
+    assert run.metadata["command_timeout"] == "0.2"
+    assert run.metadata["command_ramp"] == "0.1"
+    assert run.metadata["frame_id"] == "plate"
+    assert run.metadata["node"] == "/soft_arm"
+
+
+def test_the_summary_counts_what_the_recording_holds(record, run):
+    summary = json.loads((record / "summary.json").read_text())
+    assert summary["recording"]["recorded"] == sum(run.counts.values())
+    assert summary["commands"]["refused"] == 1
+    assert summary["commands"]["clamped"] == 1
+    taken = sum(run.counts[resolve(name, "/soft_arm")] for name, _, _ in INPUTS.values())
+    assert summary["commands"]["accepted"] == taken
+    assert summary["messages_sent"]["joint_states"] <= run.counts["/joint_states"]
+
+
+def test_computing_the_recorded_run_again_gives_the_same_bytes(run):
+    simulation = Simulation(parse_scene(run.scene_text))
+    settings = run.metadata
+    frame_id = settings["frame_id"]
+    inputs = Inputs(simulation, float(settings["command_timeout"]), float(settings["command_ramp"]))
+    telemetry = Telemetry(simulation, int(settings["poses"]), frame_id, settings["node"])
+    keys = {resolve(name, settings["node"]): key for key, (name, _, _) in ALL.items()}
+    reset = encode_string("reset")
+    compared = defaultdict(int)
+    for message in run.messages():
+        key = keys[message.topic]
+        if key in INPUTS or message.data == reset or key in OUTPUTS:
+            inputs.advance((message.time_ns - simulation.time_ns) // simulation.step_ns)
+            assert simulation.time_ns == message.time_ns
+        if key in INPUTS:
+            inputs.take(read_order(inputs, key, message.data, frame_id))
+        elif message.data == reset:
+            inputs.reset()
+        elif key in OUTPUTS:
+            assert getattr(telemetry, key)() == message.data, (key, message.time_ns)
+            compared[key] += 1
+    assert set(compared) == set(OUTPUTS)
+    assert min(compared.values()) > 100
+
+
+def replay(folder, record, *options):
+    return Program(folder, REPLAY, str(record), *options)
+
+
+class Listener:
+    """Hears every topic of a recording as bytes, and the clock, in order of arrival."""
+
+    def __init__(self, peer, run):
+        self.peer, self.heard, self.ticks = peer, defaultdict(list), []
+        for channel in run.channels:
+            peer.node.create_subscription(
+                message_class(channel.type),
+                channel.topic,
+                self.heard[channel.topic].append,
+                1000,
+                raw=True,
+            )
+        peer.node.create_subscription(
+            Clock,
+            "/clock",
+            lambda m: self.ticks.append(m.clock.sec * 1_000_000_000 + m.clock.nanosec),
+            1000,
+        )
+
+
+def recorded_by_topic(run):
+    messages = defaultdict(list)
+    for message in run.messages():
+        messages[message.topic].append(message.data)
+    return messages
+
+
+def on_the_wire(data):
+    """DDS fills messages up to whole words of four bytes."""
+    return data + bytes(-len(data) % 4)
+
+
+def test_a_replay_gives_the_same_bytes_in_the_same_order_and_time(tmp_path, record, run, peer):
+    listener = Listener(peer, run)
+    program = replay(tmp_path, record, "--rate", "2", "--delay", "4")
+    wait_for(lambda: listener.ticks, "the clock", 20.0)
+    begin = time.monotonic()
+    assert program.wait(30.0) == 0, program.text
+    elapsed = time.monotonic() - begin
+    expected = recorded_by_topic(run)
+    commands = {resolve(name, "/soft_arm") for name, _, _ in INPUTS.values()}
+    for topic, messages in expected.items():
+        if topic in commands:
+            assert listener.heard[topic] == [], f"{topic} would command a running arm"
+        else:
+            wait_for(lambda t=topic, m=messages: len(listener.heard[t]) == len(m), topic)
+            assert listener.heard[topic] == [on_the_wire(data) for data in messages]
+    assert listener.ticks == sorted({m.time_ns for m in run.messages() if m.topic not in commands})
+    assert elapsed == pytest.approx(run.duration / 2.0, abs=0.5)
+    sent = sum(len(messages) for topic, messages in expected.items() if topic not in commands)
+    assert f"done: {sent} messages, 1 passes" in program.text
+
+
+def test_a_replay_offers_the_recorded_types_and_qualities_of_service(tmp_path, record, run, peer):
+    program = replay(tmp_path, record, "--with-commands", "--loop")
+    for channel in run.channels:
+        wait_for(lambda c=channel: peer.node.count_publishers(c.topic), channel.topic, 20.0)
+        (info,) = peer.node.get_publishers_info_by_topic(channel.topic)
+        assert info.topic_type == channel.type
+        assert info.qos_profile.reliability.name.lower() == channel.qos.reliability
+        assert info.qos_profile.durability.name.lower() == channel.qos.durability
+    program.send(signal.SIGINT)
+    assert program.wait() == 0, program.text
+    assert "Traceback" not in program.text
+    assert "stopped: " in program.text
+
+
+def test_with_commands_a_replay_sends_those_too_as_fast_as_asked(tmp_path, record, run, peer):
+    listener = Listener(peer, run)
+    program = replay(tmp_path, record, "--with-commands", "--rate", "0", "--delay", "4")
+    assert program.wait(30.0) == 0, program.text
+    topic = "/soft_arm/external_wrench"
+    expected = recorded_by_topic(run)[topic]
+    wait_for(lambda: len(listener.heard[topic]) == len(expected), topic)
+    assert listener.heard[topic] == expected
+    wrench = deserialize_message(expected[0], message_class("geometry_msgs/msg/WrenchStamped"))
+    assert wrench.header.frame_id == "plate"
+    assert f"done: {sum(run.counts.values())} messages" in program.text
+
+
+def test_a_looping_replay_begins_again_until_it_is_stopped(tmp_path, record, run, peer):
+    listener = Listener(peer, run)
+    program = replay(tmp_path, record, "--rate", "10", "--loop")
+    backwards = lambda: np.count_nonzero(np.diff(listener.ticks) < 0)  # noqa: E731
+    wait_for(lambda: backwards() >= 2, "two new beginnings", 20.0)
+    program.send(signal.SIGTERM)
+    assert program.wait() == 0, program.text
+
+
+def test_what_is_no_recording_is_said_in_words(tmp_path):
+    program = replay(tmp_path, tmp_path / "nothing")
+    assert program.wait(30.0) == 2
+    assert "nothing: does not exist" in program.text
+    assert "Traceback" not in program.text
