@@ -112,7 +112,8 @@ def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
     strains = reader.choices("strains", STRAINS)
     sections: list[Section] = []
     for entry in reader.entries("sections", required=True):
-        sections.append(read_section(entry, materials, {section.name for section in sections}))
+        taken = {section.name for section in sections}
+        sections.append(read_section(entry, materials, strains, taken))
     rod = Rod(name, strains, tuple(sections))
     if not np.isfinite(rod.length):
         reader.refuse("sections of a finite length together", "sections")

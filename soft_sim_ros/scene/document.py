@@ -47,7 +47,7 @@ class Document:
             problem = error.problem or error.context or "not YAML"
             raise _syntax_error(file, problem, mark.line + 1 if mark else None) from error
         except (yaml.YAMLError, ValueError, OverflowError) as error:
-            raise _syntax_error(file, str(error).splitlines()[0]) from error
+            raise _syntax_error(file, str(error).partition("\n")[0]) from error
         except RecursionError as error:
             raise _syntax_error(file, "nested too deeply") from error
         if root is None:

@@ -72,8 +72,10 @@ class Section:
         return np.stack([*rows, ky * shear * area, kz * shear * area], axis=-1)
 
 
-def read_section(reader: Reader, materials: dict[str, Material], taken: set[str]) -> Section:
-    """Read one entry of ``sections`` of a rod."""
+def read_section(
+    reader: Reader, materials: dict[str, Material], strains: tuple[str, ...], taken: set[str]
+) -> Section:
+    """Read one entry of ``sections`` of a rod with some active strains."""
     reader.only("name", "length", "material", "cross_section", "reference", "shear_correction")
     section = Section(
         name=reader.name("name", taken=taken),
@@ -83,7 +85,7 @@ def read_section(reader: Reader, materials: dict[str, Material], taken: set[str]
         reference=read_reference(reader.mapping("reference")),
         shear_correction=_read_shear_correction(reader),
     )
-    _check_representable(reader, section)
+    _check_representable(reader, section, strains)
     return section
 
 
@@ -97,13 +99,13 @@ def _read_shear_correction(reader: Reader) -> tuple[float, float] | None:
     return factor, factor
 
 
-def _check_representable(reader: Reader, section: Section) -> None:
+def _check_representable(reader: Reader, section: Section, strains: tuple[str, ...]) -> None:
     """Refuse stiffnesses and inertias that vanish or overflow in floating-point numbers."""
     with np.errstate(all="ignore"):
         ends = np.array([0.0, 1.0])
         stiffness, inertia = section.stiffness(ends), section.inertia(ends)
-    for component, name in enumerate(STRAINS):
-        for value in stiffness[:, component]:
+    for name in strains:
+        for value in stiffness[:, STRAINS.index(name)]:
             if not (value > np.finfo(float).tiny and np.isfinite(value)):
                 # Cowper's factor of a flat ellipse turns negative for auxetic materials.
                 hint = " (give shear_correction)" if name.startswith("shear") else ""

@@ -158,3 +158,4 @@ bodies:
         parse_scene(text)
     section = parse_scene(text + "        shear_correction: 0.9\n").bodies[0].sections[0]
     assert section.shear_factors(BASE) == (0.9, 0.9)
+    parse_scene(text.replace("rod: arm", "rod: arm\n    strains: [bend_y]"))  # no shear, no factor
