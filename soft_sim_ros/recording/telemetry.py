@@ -30,11 +30,25 @@ class PoseSource(Protocol):
 class Observable(Protocol):
     """What Telemetry needs of a ``Simulation``."""
 
-    time_ns: int
-    q: Floats
-    v: Floats
-    coordinate_names: Sequence[str]
-    actuator_names: Sequence[str]
+    @property
+    def time_ns(self) -> int:
+        """Simulation time in ns."""
+
+    @property
+    def q(self) -> Floats:
+        """Generalised coordinates (n,)."""
+
+    @property
+    def v(self) -> Floats:
+        """Their rates (n,)."""
+
+    @property
+    def coordinate_names(self) -> Sequence[str]:
+        """Names of the coordinates."""
+
+    @property
+    def actuator_names(self) -> Sequence[str]:
+        """Names of the actuators."""
 
     def sampler(self, poses: int) -> PoseSource:
         """Give a sampler of ``poses`` poses, equally spaced in arc length."""

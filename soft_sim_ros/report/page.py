@@ -9,6 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import yaml
+
 from soft_sim_ros.errors import RecordingError
 from soft_sim_ros.recording.reader import Run, read_run
 from soft_sim_ros.report import numbers
@@ -109,9 +111,9 @@ def _drawn(draw: Callable[[], Figure], kind: str) -> bytes:
 
 
 def _page(run: Run, summary: dict) -> str:
-    scene = run.metadata.get("scene") or summary.get("scene") or run.path.resolve().name
+    title = html.escape(_title(run))
     parts = [
-        f"<h1>{html.escape(str(scene))}</h1>",
+        f"<h1>{title}</h1>",
         f'<p class="sub">{html.escape(str(run.path.resolve()))}</p>',
         _notes(run, summary),
         _pictures(run, summary),
@@ -132,9 +134,19 @@ def _page(run: Run, summary: dict) -> str:
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{html.escape(str(scene))}</title>\n<style>{_CSS}</style>\n</head>\n"
+        f"<title>{title}</title>\n<style>{_CSS}</style>\n</head>\n"
         f"<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
     )
+
+
+def _title(run: Run) -> str:
+    """Name of the scene if it has one, else of the directory."""
+    try:
+        scene = yaml.safe_load(run.scene_text or "")
+    except yaml.YAMLError:
+        scene = None  # it could be simulated once, so this is a scene of a later version
+    name = scene.get("name") if isinstance(scene, dict) else None
+    return str(name or run.path.resolve().name)
 
 
 def _notes(run: Run, summary: dict) -> str:

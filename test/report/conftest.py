@@ -31,7 +31,7 @@ def turning(tmp_path: Path) -> Path:
     with BagWriter(
         directory,
         recorded_topics("/soft_arm"),
-        metadata={"scene": "turning <arm>"},
+        metadata={"node": "/soft_arm"},
         attachments={"scene.yaml": SCENE.encode()},
     ) as bag:
         bag.write("command", 0, cdr.encode_floats([0.25, 0.0]))

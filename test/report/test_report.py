@@ -36,7 +36,7 @@ class Page(HTMLParser):
         self.images: dict[str, str] = {}
         self.references: list[str] = []
         self.rows: dict[str, str] = {}
-        self.pre = ""
+        self.pre = self.heading = ""
         self._cell: str | None = None
         self._name = ""
         self._open: list[str] = []
@@ -64,6 +64,8 @@ class Page(HTMLParser):
             self.rows[self._name] = data
         elif inside == "pre":
             self.pre += data
+        elif inside == "h1":
+            self.heading += data
 
 
 def test_the_page_stands_alone(turning: Path) -> None:
@@ -80,7 +82,7 @@ def test_the_page_stands_alone(turning: Path) -> None:
         assert ElementTree.fromstring(svg).tag.endswith("svg")
         assert len(svg) > 5000
     assert page.pre == "name: turning <arm> & more\n"
-    assert "<title>turning &lt;arm&gt;</title>" in text
+    assert "<title>turning &lt;arm&gt; &amp; more</title>" in text
 
 
 def test_the_numbers_are_those_of_the_motion(turning: Path) -> None:
@@ -119,6 +121,7 @@ def test_an_empty_recording_still_gives_a_page(tmp_path: Path) -> None:
     BagWriter(tmp_path / "empty", recorded_topics("/soft_arm")).close()
     page = Page(write_report(tmp_path / "empty").read_text())
     assert page.images == {} and page.rows["Messages"] == "0"
+    assert page.heading == "empty"  # no scene inside: the name of the directory
 
 
 def test_a_broken_summary_is_named(turning: Path) -> None:
