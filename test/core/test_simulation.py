@@ -1,0 +1,172 @@
+"""What callers of Simulation rely on."""
+
+import numpy as np
+import pytest
+from scenes import ALL, rod_document, rod_simulation, scene_of, zoo_document
+
+from soft_sim_ros.core.kernels.forcing import schedule_factor
+from soft_sim_ros.core.simulation import LEDGER, Simulation
+from soft_sim_ros.errors import Diverged, SceneError
+from soft_sim_ros.scene import Schedule, load_scene, packaged_scenes
+
+
+def test_grouping_steps_into_calls_changes_no_bit():
+    one, two = (Simulation(scene_of(zoo_document())) for _ in range(2))
+    for simulation, groups in ((one, [60]), (two, [1, 2, 3, 4, 50])):
+        simulation.set_efforts([0.1, 0.2, 5.0, 3.0])
+        for steps in groups:
+            simulation.advance(steps)
+            simulation.ledger()
+            simulation.sampler(5).poses()
+    assert one.q.tobytes() == two.q.tobytes() and one.v.tobytes() == two.v.tobytes()
+    assert one.time_ns == two.time_ns == 60 * one.step_ns
+
+
+def test_reset_brings_back_the_same_bits_and_time_goes_on():
+    simulation = Simulation(scene_of(zoo_document()))
+
+    def run():
+        simulation.set_efforts([0.1, 0.2, 5.0, 3.0])
+        simulation.set_tip_wrench(np.ones(6) * 0.1)
+        simulation.advance(20)
+        return simulation.q.tobytes()
+
+    first = run()
+    simulation.reset()
+    assert simulation.time_ns == 20 * simulation.step_ns
+    # the loads of this scene are constant, so the motion repeats
+    assert run() == first
+
+
+@pytest.mark.parametrize("integrator", ["sdirk2", "generalized_alpha"])
+def test_a_load_that_switches_between_steps_acts_for_exactly_its_time(integrator):
+    """Momentum of a free joint: a moment M on for T turns it at M T / J, T not a multiple of the step."""
+    document = rod_document(strains=["stretch"], order=0)
+    document["bodies"] = [
+        {"joint": "hinge", "kind": "revolute", "axis": [0, 0, 1]},
+        {"rigid_body": "wheel", "mass": 1.0, "inertia": [0.1, 0.1, 0.2]},
+    ]
+    document["loads"] = [
+        {"point": "push", "body": "wheel", "moment": [0, 0, 0.7],
+         "schedule": {"start": 0.0123, "end": 0.0571}},
+    ]  # fmt: skip
+    document["numerics"] = {"step": 0.01, "integrator": integrator}
+    simulation = Simulation(scene_of(document))
+    simulation.advance(10)
+    assert simulation.v[0] == pytest.approx(0.7 * (0.0571 - 0.0123) / 0.2, rel=1e-9)
+
+
+def test_kernel_and_scene_agree_on_schedules():
+    rng = np.random.default_rng(0)
+    for _ in range(500):
+        start, length, t = rng.uniform(-1, 1), rng.uniform(0.1, 2), rng.uniform(-2, 3)
+        ramp = rng.choice([0.0, rng.uniform(0, length / 2)])
+        schedule = Schedule(start, start + length, ramp)
+        assert schedule_factor(start, start + length, ramp, t) == schedule.factor(t)
+
+
+def test_work_of_actuators_and_loads_is_in_the_ledger():
+    simulation = Simulation(scene_of(zoo_document() | {"gravity": [0, 0, -1.0]}))
+    rng = np.random.default_rng(1)
+    for _ in range(10):
+        simulation.set_efforts(rng.uniform(0, 1, 4) * [0.1, 0.2, 5.0, 3.0])
+        simulation.set_tip_wrench(rng.normal(size=6) * 0.05, rng.choice(["world", "tip"]))
+        simulation.advance(50)
+    ledger = dict(zip(LEDGER, simulation.ledger(), strict=True))
+    assert abs(ledger["actuator_work"]) > 1e-3 and abs(ledger["load_work"]) > 1e-3
+    assert ledger["dissipated"] > 1e-3
+    assert abs(ledger["residual"]) < 2e-3 * (ledger["dissipated"] + abs(ledger["load_work"]))
+
+
+def test_a_pendulum_swings_like_one():
+    """Rigid limit: a hinge with a payload is the mathematical pendulum of elliptic period."""
+    from scipy.special import ellipk
+
+    length, start = 0.5, 2.0
+    document = rod_document(gravity=(0, 0, -9.81))
+    document["bodies"] = [
+        {"joint": "hinge", "kind": "revolute", "axis": [0, 1, 0],
+         "offset": {"rpy": [0, np.pi / 2, 0]}},
+        {"joint": "arm", "kind": "fixed", "offset": {"position": [length, 0, 0]}},
+        {"rigid_body": "bob", "mass": 0.3, "inertia": [0, 0, 0]},
+    ]  # fmt: skip
+    document["numerics"] = {"step": 0.001, "integrator": "sdirk4"}
+    document["initial"] = {"positions": {"hinge": start}}
+    simulation = Simulation(scene_of(document))
+    period = 4 * np.sqrt(length / 9.81) * ellipk(np.sin(start / 2) ** 2)
+    simulation.advance(round(period / 0.001))
+    left = period - simulation.time
+    assert simulation.q[0] + left * simulation.v[0] == pytest.approx(start, abs=1e-5)
+
+
+def test_quaternions_do_not_jump_while_the_arm_turns_over():
+    document = rod_document(strains=ALL[:1], order=0)
+    document["bodies"].insert(0, {"joint": "spin", "kind": "revolute", "axis": [1, 1, 0]})
+    document["initial"] = {"velocities": {"spin": 12.0}}
+    simulation = Simulation(scene_of(document))
+    sampler = simulation.sampler(4)
+    before = sampler.poses()[:, 3:].copy()
+    for _ in range(300):
+        simulation.advance(2)
+        now = sampler.poses()[:, 3:]
+        assert np.all(np.sum(before * now, axis=1) > 0.99)
+        np.testing.assert_allclose(np.linalg.norm(now, axis=1), 1.0, atol=1e-12)
+        before = now.copy()
+
+
+def test_poses_between_nodes_lie_on_the_curve_of_the_nodes():
+    simulation = Simulation(scene_of(zoo_document()))
+    simulation.advance(50)
+    nodes = simulation.dynamics.node_poses(simulation.q)
+    ends = [rod_map.last_node for rod_map in simulation.compiled.chain.rods.values()]
+    fine = simulation.sampler(25).poses()
+    distance = min(np.linalg.norm(fine[:, :3] - nodes[ends[0]][:3, 3], axis=1))
+    assert distance < 0.6 / 24 * 1.5
+    np.testing.assert_allclose(fine[-1, :3], nodes[ends[1]][:3, 3], atol=1e-12)
+    assert len(simulation.sampler(1).poses()) == 1
+
+
+def test_state_cannot_be_written_from_outside():
+    simulation = rod_simulation()
+    with pytest.raises(ValueError, match="read-only"):
+        simulation.q[0] = 1.0
+
+
+@pytest.mark.parametrize("bad", [[1.0], [np.nan] * 4, [[0.0] * 4]])
+def test_bad_efforts_are_refused(bad):
+    with pytest.raises(ValueError, match="efforts"):
+        Simulation(scene_of(zoo_document())).set_efforts(bad)
+
+
+def test_an_impossible_step_ends_in_diverged_with_the_last_good_state():
+    simulation = rod_simulation(
+        strains=["stretch"], order=0, numerics={"basis": {"order": 0}, "max_iterations": 2}
+    )
+    document = rod_document(strains=ALL[:4])
+    document["actuators"] = [{"tendon": "t", "rod": "rod", "offset": [0.0, 0.0]}]
+    simulation = Simulation(scene_of(document))
+    simulation.advance(5)
+    simulation.set_efforts([1e9])
+    with pytest.raises(Diverged) as failure:
+        simulation.advance(1000)
+    assert np.isfinite(simulation.q).all() and np.isfinite(simulation.v).all()
+    assert failure.value.time == simulation.time
+
+
+def test_options_without_effect_are_refused():
+    document = rod_document(numerics={"options": {"rho": 0.5}})
+    with pytest.raises(SceneError, match="rho"):
+        Simulation(scene_of(document))
+
+
+@pytest.mark.parametrize("name", sorted(packaged_scenes()))
+def test_packaged_scenes_move_and_stay_finite(name):
+    simulation = Simulation(load_scene(name))
+    rng = np.random.default_rng(4)
+    for _ in range(5):
+        limits = np.array([a.limits for a in simulation.scene.actuators]).reshape(-1, 2)
+        low, high = np.clip(limits, -1.0, 1.0).T
+        simulation.set_efforts(rng.uniform(low, high))
+        simulation.advance(40)
+    assert np.isfinite(simulation.ledger()).all()
+    assert np.abs(simulation.sampler(5).poses()[:, :3]).max() < 5.0
