@@ -20,6 +20,7 @@ REQUIRES = [
     "PyYAML>=6.0,<7",
     "matplotlib>=3.6,<4",
     "mcap>=1.5,<2",
+    "zstandard>=0.22,<1",
 ]
 EXTRAS = {
     # ROS 2 Jazzy from PyPI, for machines without a Jazzy of their own.

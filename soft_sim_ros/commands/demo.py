@@ -29,6 +29,7 @@ REPLAY_RATE = 4.0
 @verb
 def main(argv: Sequence[str] | None = None) -> int:
     """Do all of it; the result lies in ``runs/<stamp>``, to which ``runs/latest`` points."""
+    require_ros("demo")
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     parser.add_argument("scene", nargs="?", default="soft_arm", help="scene file or name")
     parser.add_argument("--duration", type=float, default=10.0, metavar="S", help="simulated s")
@@ -37,7 +38,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--runs", type=Path, default=Path("runs"), metavar="DIR")
     options = parser.parse_args(argv)
-    require_ros("demo")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # processes are ended either way
     scene = load_scene(options.scene)
     directory = new_directory(options.runs)

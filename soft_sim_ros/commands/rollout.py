@@ -187,11 +187,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         summary = rollout.run(options.duration, progress)
     finally:
         line.clear()
-    kept = summary["recording"]
+    kept, residual = summary["recording"], summary["energy_residual_J"]
     print(
         f"{summary['scene']}: {summary['simulated_s']:.6g} s in {summary['running_s']:.3g} s, "
         f"{summary['real_time_factor'] or 0:.3g} x real time; "
-        f"energy residual {summary['energy_residual_J']:.3g} J"
+        f"energy residual {math.nan if residual is None else residual:.3g} J"
     )
     print(f"{kept['recorded']} messages recorded in {kept['directory']}")
     if kept["dropped"] or kept["error"]:

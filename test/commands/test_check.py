@@ -1,0 +1,40 @@
+"""``check`` prints the numbers of the scene, as computed by hand here."""
+
+import math
+import re
+
+import pytest
+
+
+@pytest.fixture
+def printed(scene, call, capsys):
+    assert call("check", scene) == 0
+    return capsys.readouterr().out
+
+
+def column(printed, name):
+    lines = printed.splitlines()
+    head = next(line for line in lines if line.startswith("section"))
+    row = next(line for line in lines if line.startswith("reed/all"))
+    names = re.split(r"\s{2,}", head)
+    return float(re.split(r"\s{2,}", row)[names.index(name)])
+
+
+def test_section_numbers(printed):
+    inertia, area = math.pi * 0.01**4 / 4, math.pi * 0.01**2
+    shear = 1e6 / 2.9
+    assert column(printed, "EI_y N·m²") == pytest.approx(1e6 * inertia, rel=1e-3)
+    assert column(printed, "GJ N·m²") == pytest.approx(shear * 2 * inertia, rel=1e-3)
+    assert column(printed, "EA N") == pytest.approx(1e6 * area, rel=1e-3)
+    assert column(printed, "mass kg") == pytest.approx(1000 * area * 0.3, rel=1e-3)
+    assert column(printed, "slenderness") == pytest.approx(0.3 / 0.005, rel=1e-2)
+
+
+def test_frequencies_size_and_step(printed):
+    lines = dict(re.split(r"\s{2,}", line, maxsplit=1) for line in printed.splitlines()[4:])
+    assert lines["coordinates"] == "4"
+    hertz = [float(f) for f in re.findall(r"[\d.]+(?=[, ])", lines["frequencies"])][:4]
+    assert hertz == sorted(hertz) and hertz[0] > 0
+    assert re.match(r"\d+ KiB", lines["memory"])
+    assert lines["step"].startswith("0.002 s")
+    assert 0 < float(lines["recommended step"].split()[0]) <= 1 / hertz[2] / 100

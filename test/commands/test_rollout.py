@@ -1,0 +1,72 @@
+"""A rollout records what the node would, and applies commands exactly where it says."""
+
+import json
+
+import numpy as np
+
+from soft_sim_ros import Simulation, load_scene, read_run
+
+
+def test_commands_act_from_the_step_boundary_they_are_recorded_at(recording, scene):
+    run = read_run(recording)
+    assert [entry.time_ns for entry in run.commands] == [100_000_000, 146_000_000, 200_000_000]
+    simulation = Simulation(load_scene(scene))
+    simulation.advance(50)
+    simulation.set_efforts([0.05, 0.0])
+    simulation.advance(23)
+    simulation.set_efforts([0.05, -0.02])
+    simulation.advance(27)
+    simulation.set_efforts([0.0, 0.1])  # 0.5 N·m is beyond the limit
+    simulation.advance(100)
+    np.testing.assert_array_equal(run.strain_state.position[-1], simulation.q)
+    np.testing.assert_array_equal(run.strain_state.velocity[-1], simulation.v)
+
+
+def test_commands_do_not_time_out(scene, call, tmp_path):
+    commands = tmp_path / "once.csv"
+    commands.write_text("time,y\n0,0.05\n")
+    call("rollout", scene, "--duration", 3, "--commands", commands, "--out", tmp_path / "out")
+    assert read_run(tmp_path / "out").joint_states.effort[-1, 0] == 0.05
+
+
+def test_states_are_recorded_at_the_rate_asked_for_and_at_the_end(scene, call, tmp_path):
+    out = tmp_path / "out"
+    call("rollout", scene, "--duration", 0.09, "--publish-rate", 50, "--poses", 7, "--out", out)
+    run = read_run(out)
+    assert run.backbone.time_ns.tolist() == [0, 20_000_000, 40_000_000, 60_000_000, 80_000_000,
+                                             90_000_000]  # fmt: skip
+    assert run.backbone.poses.shape == (6, 7, 7)
+    for series in (run.joint_states, run.strain_state, run.energy, run.tip_pose):
+        np.testing.assert_array_equal(series.time_ns, run.backbone.time_ns)
+
+
+def test_the_recording_holds_its_scene_and_a_summary(recording, scene):
+    assert read_run(recording).scene_text == scene.read_text()
+    summary = json.loads((recording / "summary.json").read_text())
+    assert summary["ended_by"] == "duration"
+    assert summary["simulated_s"] == 0.4
+    # 41 instants of 5 topics, and 3 commands
+    assert summary["recording"]["recorded"] == 208
+    assert summary["recording"]["dropped"] == 0
+
+
+def test_a_diverging_run_ends_with_a_closed_recording_and_its_reason(scene, call, tmp_path, capsys):
+    text = scene.read_text().replace("-0.1, 0.1", "-1.0e+9, 1.0e+9")
+    scene.write_text(text)
+    commands = tmp_path / "violent.csv"
+    commands.write_text("time,y\n0.02,1e6\n")
+    out = tmp_path / "out"
+    code = call("rollout", scene, "--duration", 0.1, "--commands", commands, "--out", out)
+    assert code == 1
+    assert "error: at t = 0.02" in capsys.readouterr().err
+    run = read_run(out)
+    assert not run.torn
+    assert run.events[-1][1].startswith("diverged: at t = 0.02")
+    assert np.isfinite(run.backbone.poses).all()
+
+
+def test_a_second_run_does_not_touch_the_first(recording, scene, call, capsys):
+    before = {file.name: file.read_bytes() for file in recording.iterdir()}
+    assert call("rollout", scene, "--duration", 0.1, "--out", recording) == 2
+    assert str(recording) in capsys.readouterr().err
+    assert {file.name: file.read_bytes() for file in recording.iterdir()} == before
