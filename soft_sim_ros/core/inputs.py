@@ -199,13 +199,13 @@ class Inputs:
             steps -= chunk
 
     def reset(self) -> None:
-        """Initial state, safe efforts, no wrench; time goes on."""
+        """Go back to the initial state, safe efforts and no wrench; time goes on."""
         self.simulation.reset()
         self._clear()
         self.update()
 
     def take_events(self) -> list[tuple[int, str]]:
-        """What happened by itself since the last call, as (time in ns, text)."""
+        """Return what happened by itself since the last call, as (time in ns, text)."""
         events, self._events = self._events, []
         return events
 

@@ -52,7 +52,7 @@ class Grid:
         return cls(max(1, round(1.0 / (publish_rate * step))), max(1, round(control)))
 
     def steps_from(self, index: int) -> int:
-        """Steps from step ``index`` to the next instant of either kind."""
+        """Count the steps from step ``index`` to the next instant of either kind."""
         return min(self.publish - index % self.publish, self.control - index % self.control)
 
 

@@ -27,7 +27,7 @@ from soft_sim_ros.recording.topics import INPUTS, Qos, resolve
 
 NAME = "replay"
 _BREATH = 0.001  # s between instants at rate 0: queues are short and subscribers need the time
-_PATIENCE = Duration(seconds=1.0)  # with a reliable subscriber that does not answer
+_PATIENCE = 2.0  # s, at the end, with reliable subscribers that have not yet answered
 
 
 def main(args: list[str] | None = None) -> int:
@@ -91,26 +91,32 @@ class Player:
         log = self._node.get_logger()
         run = self._run
         log.info(f"{run.path}: {run.duration:.3f} s from t = {run.start:.3f} s")
+        self._stop.wait(delay)  # for subscribers to find the publishers
         begin = time.monotonic()
         passes = 0
-        self._stop.wait(delay)  # for subscribers to find the publishers
         while not self._stop.is_set():
             self._pacer.restart()
             self._once()
             passes += 1
             if not loop:
                 break
-        for publisher in self._publishers.values():
-            if not self._stop.is_set():
-                publisher.wait_for_all_acked(_PATIENCE)
+        elapsed = time.monotonic() - begin
+        self._let_them_arrive()
         for topic in self._publishers:
             log.info(f"{self.sent[topic]:8d}  {topic}")
         stopped = "stopped" if self._stop.is_set() else "done"
-        elapsed = time.monotonic() - begin
         total = sum(self.sent.values())
         log.info(f"{stopped}: {total} messages, {passes} passes, {elapsed:.3f} s")
         self._node.destroy_node()
         return 0
+
+    def _let_them_arrive(self) -> None:
+        """Stay until reliable subscribers have everything, but not for ever."""
+        deadline = time.monotonic() + _PATIENCE
+        for publisher in self._publishers.values():
+            left = deadline - time.monotonic()
+            if left > 0.0 and not self._stop.is_set():
+                publisher.wait_for_all_acked(Duration(seconds=left))
 
     def _once(self) -> None:
         for time_ns, messages in self._instants():

@@ -26,6 +26,7 @@ from soft_sim_ros.node.publishers import OVERRIDABLE, Publishers, message_class,
 from soft_sim_ros.node.services import Services
 from soft_sim_ros.node.signals import Signals, Stopped
 from soft_sim_ros.node.summary import summarise, write_summary
+from soft_sim_ros.node.tip_frame import TipFrame
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import EVENTS, INPUTS, topic
 from soft_sim_ros.recording.writer import BagWriter
@@ -137,6 +138,8 @@ class Arm:
             exit_on_error=settings.exit_on_error,
             complain=node.get_logger().error,
         )
+        if settings.publish_tf:
+            self.publishers.after_tick.append(TipFrame(node, telemetry, settings.frame_id).send)
         self.services = Services(node, self.physics, settings.step_count)
         self.diagnostics = Diagnostics(node, self.physics, self.gate, scene.name)
         on_change(node, self._change)
@@ -268,7 +271,7 @@ def _patience(say, what: str, period: float = 5.0):
 
 
 def _executor():
-    """The cheap executor where rclpy has it."""
+    """Make the cheap executor where rclpy has it."""
     try:
         from rclpy.experimental import EventsExecutor
     except ImportError:

@@ -65,6 +65,6 @@ def write_summary(directory: str, summary: dict) -> Path:
 
 
 def _plain(value) -> int | float | None:
-    """Number that JSON can hold; one that is not finite becomes null."""
+    """Give a number that JSON can hold; one that is not finite becomes null."""
     number = value.item() if hasattr(value, "item") else value
     return None if isinstance(number, float) and not math.isfinite(number) else number

@@ -121,6 +121,7 @@ def test_live_parameters_change_and_others_do_not(node_with):
             "unknown parameter 'qos_overrides./soft_arm/backbon.publisher.depth'",
         ),
         (("scene.yaml",), "unexpected 'scene.yaml'"),
+        (("--ros-args", "-p", "poses:=[1, 2.5]"), "cannot start"),
     ],
 )
 def test_the_node_does_not_start_with_what_it_does_not_understand(tmp_path, arguments, message):

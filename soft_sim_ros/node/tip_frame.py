@@ -1,0 +1,52 @@
+"""The tip as a frame on /tf, where tf2_msgs is installed."""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import TransformStamped
+
+from soft_sim_ros.node.parameters import ParameterError
+from soft_sim_ros.recording.decode import Poses, decode
+from soft_sim_ros.recording.topics import POSE
+
+
+class TipFrame:
+    """Sends the transform from the frame of the poses to ``<node name>/tip``.
+
+    The namespace is part of the child frame's name: ``left/soft_arm/tip`` for ``/left/soft_arm``.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        Owner of the publisher.
+    telemetry : Telemetry
+        Knows the pose of the tip.
+    frame_id : str
+        Parent frame.
+    """
+
+    def __init__(self, node, telemetry, frame_id: str):
+        try:
+            from tf2_msgs.msg import TFMessage
+        except ImportError as error:
+            fault = "publish_tf = True: expected False, because tf2_msgs is not installed"
+            raise ParameterError([fault]) from error
+        self._telemetry, self._message = telemetry, TFMessage
+        self._publisher = node.create_publisher(TFMessage, "/tf", 100)
+        self._transform = TransformStamped()
+        self._transform.header.frame_id = frame_id
+        self._transform.child_frame_id = f"{node.get_fully_qualified_name().lstrip('/')}/tip"
+
+    def send(self, time_ns: int) -> None:
+        """Publish the present transform if anybody listens."""
+        if not self._publisher.get_subscription_count():
+            return
+        pose = decode(POSE, self._telemetry.tip_pose())
+        assert isinstance(pose, Poses)
+        x, y, z, qx, qy, qz, qw = (float(number) for number in pose.poses[0])
+        transform = self._transform
+        stamp = transform.header.stamp
+        stamp.sec, stamp.nanosec = divmod(time_ns, 1_000_000_000)
+        move, turn = transform.transform.translation, transform.transform.rotation
+        move.x, move.y, move.z = x, y, z
+        turn.x, turn.y, turn.z, turn.w = qx, qy, qz, qw
+        self._publisher.publish(self._message(transforms=[transform]))
