@@ -21,6 +21,7 @@ from soft_sim_ros.recording.metadata import (
 from soft_sim_ros.recording.topics import Topic
 
 SPLIT_BYTES = 2 * 1024**3
+SPLIT_COMMITS = 20_000  # at four a second, after an hour and a half at least
 
 
 def channel(topic: Topic) -> Channel:
@@ -39,9 +40,9 @@ def channel(topic: Topic) -> Channel:
 class Bag:
     """A recording being written.
 
-    Long runs are cut into files of about ``split_bytes``, so that the indices kept in memory
-    stay small. ``commit`` and ``close`` raise OSError when the disk fails; nothing is lost by
-    that as long as they are called again before the next ``add``.
+    Long runs are cut into files of at most about ``split_bytes``, so that the indices kept in
+    memory stay small. ``commit`` and ``close`` raise OSError when the disk fails; nothing is
+    lost by that as long as they are called again before the next ``add``.
 
     Parameters
     ----------
@@ -104,7 +105,7 @@ class Bag:
     def commit(self) -> None:
         """Put every message on disk, and begin a new file if this one has become large."""
         self._file.commit()
-        if self._file.size >= self._split_bytes:
+        if self._file.size >= self._split_bytes or self._file.commits >= SPLIT_COMMITS:
             self._file.finish(self._describe())
             self._file.commit()
             self._file.close()

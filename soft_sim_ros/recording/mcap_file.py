@@ -98,6 +98,7 @@ class McapFile:
         self.path = path
         self.summary = FileSummary(path.name)
         self.kept: dict[str, int] = {}  # messages on disk, by topic
+        self.commits = 0  # each ends a chunk, whose index stays in memory
         self._channels = channels
         self._stage = Stage(path)
         self._finished = False
@@ -151,6 +152,7 @@ class McapFile:
         """Put every message on disk; after an OSError, call it again later."""
         if not self._finished:
             self._writer.flush()
+        self.commits += bool(self._stage)
         self._stage.commit()
         self.kept = dict(self.summary.counts)
 

@@ -135,7 +135,7 @@ def write_metadata(directory: Path, description: dict[str, Any]) -> None:
     """Write ``metadata.yaml`` so that at any moment a whole one is there, the old or the new."""
     temporary = directory / f".{FILE_NAME}.{os.getpid()}"
     try:
-        temporary.write_text(dump({"rosbag2_bagfile_information": description}))
+        temporary.write_text(dump({"rosbag2_bagfile_information": description}), "utf-8")
         temporary.replace(directory / FILE_NAME)
     except OSError:
         temporary.unlink(missing_ok=True)

@@ -101,7 +101,7 @@ def find_files(path: str | Path) -> list[Path]:
 def _listed(directory: Path) -> list[str]:
     """Give the MCAP files that metadata.yaml names; a damaged metadata.yaml names none."""
     try:
-        content = yaml.safe_load((directory / FILE_NAME).read_text())
+        content = yaml.safe_load((directory / FILE_NAME).read_text("utf-8"))
         names = content["rosbag2_bagfile_information"]["relative_file_paths"]
     except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError):
         return []  # the files speak for themselves

@@ -23,7 +23,7 @@ def read_summary(directory: Path) -> dict[str, Any]:
     if not path.exists():
         return {}
     try:
-        content = json.loads(path.read_text())
+        content = json.loads(path.read_text("utf-8"))
     except ValueError as reason:
         raise RecordingError(path, f"is not JSON: {reason}") from reason
     return content if isinstance(content, dict) else {}

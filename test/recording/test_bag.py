@@ -186,6 +186,17 @@ def test_long_recordings_are_split_and_read_as_one(record) -> None:
     assert run.scene_text is not None
 
 
+def test_many_small_chunks_are_split_too_so_that_their_index_stays_small(
+    record, monkeypatch
+) -> None:
+    monkeypatch.setattr("soft_sim_ros.recording.bag.SPLIT_COMMITS", 2)
+    directory, written = record(steps=3000)
+    assert len(list(directory.glob("*.mcap"))) >= 2
+    with Reader(directory) as reader:
+        assert reader.message_count == len(written)
+    assert len(list(read_run(directory).messages())) == len(written)
+
+
 def test_a_recording_is_never_overwritten(record, tmp_path: Path) -> None:
     directory, _ = record(steps=2)
     before = (directory / "swing_0.mcap").read_bytes()
