@@ -43,10 +43,8 @@ FOR_PIP = not {"dist_info", "bdist_wheel", "editable_wheel"}.isdisjoint(sys.argv
 
 RUN_VERB = """\
 #!/bin/sh
-# `ros2 run {name} {verb}`, with the Python of the environment that this file lies in
-python="$(dirname "$0")/../../bin/python3"
-[ -x "$python" ] || python=python3
-exec "$python" -m {name} {verb} "$@"
+# `ros2 run {name} {verb}`
+exec "$(dirname "$0")/../../bin/{name}" {verb} "$@"
 """
 
 

@@ -18,6 +18,8 @@ GRACE = 30.0  # s that a process gets to end in order
 # Tests must neither hear nor disturb anybody else, on this machine or beyond.
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_DOMAIN_ID"] = str(random.randint(1, 100))
+# A shell that runs the tests in the background has them ignore Ctrl-C, and they would hand that on.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

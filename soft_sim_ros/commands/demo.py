@@ -38,7 +38,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--runs", type=Path, default=Path("runs"), metavar="DIR")
     options = parser.parse_args(argv)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # processes are ended either way
+    for ending in (signal.SIGINT, signal.SIGTERM):
+        # The other processes are ended in order either way; they must not inherit a deaf ear.
+        signal.signal(ending, signal.default_int_handler)
     scene = load_scene(options.scene)
     directory = new_directory(options.runs)
     print(f"demo of scene {scene.name!r}: {options.duration:g} s, into {directory}", flush=True)
