@@ -1,11 +1,31 @@
-"""Deadlines on the monotonic clock: when a simulated instant is due in the real world."""
+"""Which steps are instants of a run, and when a simulated instant is due in the real world."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
 MAX_LAG_NS = 200_000_000  # more than this is given up instead of caught up
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Step counts between the instants of a run, from its rates (Hz) and step (ns)."""
+
+    publish: int
+    control: int
+
+    @classmethod
+    def of(cls, step_ns: int, publish_rate: float, control_rate: float) -> Grid:
+        """Nearest whole numbers of steps, at least one; control rate 0 = every step."""
+        step = step_ns * 1e-9
+        control = 1.0 if control_rate == 0.0 else 1.0 / (control_rate * step)
+        return cls(max(1, round(1.0 / (publish_rate * step))), max(1, round(control)))
+
+    def steps_from(self, index: int) -> int:
+        """Count the steps from step ``index`` to the next instant of either kind."""
+        return min(self.publish - index % self.publish, self.control - index % self.control)
 
 
 class Pacer:

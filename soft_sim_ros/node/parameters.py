@@ -76,7 +76,7 @@ class Row:
 
 TABLE = (
     Row("scene", "soft_arm", "scene file, or the name of one in the package's config folder"),
-    Row("record", "", "directory of the recording, which must not exist yet; empty = none"),
+    Row("record", "", "directory of the recording, new or empty; empty = no recording"),
     Row(
         "real_time_factor",
         1.0,
@@ -103,7 +103,7 @@ TABLE = (
     Row(
         "command_ramp",
         0.5,
-        "simulated seconds from the last command to the scene's safe effort after a timeout",
+        "simulated seconds in which a stale effort then goes to the scene's safe value",
         0.0,
         1.0e6,
     ),

@@ -14,7 +14,7 @@ import numpy as np
 
 from soft_sim_ros.core.inputs import Inputs, Order
 from soft_sim_ros.errors import Diverged
-from soft_sim_ros.node.clock import Pacer
+from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.timing import StepCosts
 from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import LEDGER
@@ -35,25 +35,6 @@ class Outlet(Protocol):
 
     def tick(self, time_ns: int) -> None:
         """Say that everything up to this simulation time has been sent."""
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Step counts between the instants of a run, from its rates (Hz) and step (ns)."""
-
-    publish: int
-    control: int
-
-    @classmethod
-    def of(cls, step_ns: int, publish_rate: float, control_rate: float) -> Grid:
-        """Nearest whole numbers of steps, at least one; control rate 0 = every step."""
-        step = step_ns * 1e-9
-        control = 1.0 if control_rate == 0.0 else 1.0 / (control_rate * step)
-        return cls(max(1, round(1.0 / (publish_rate * step))), max(1, round(control)))
-
-    def steps_from(self, index: int) -> int:
-        """Count the steps from step ``index`` to the next instant of either kind."""
-        return min(self.publish - index % self.publish, self.control - index % self.control)
 
 
 @dataclass

@@ -13,14 +13,13 @@ from itertools import groupby
 import rclpy
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 from rosgraph_msgs.msg import Clock
 
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.node.clock import Pacer
 from soft_sim_ros.node.publishers import message_class, qos_profile
 from soft_sim_ros.node.signals import Signals, Stopped
+from soft_sim_ros.node.start import start
 from soft_sim_ros.recording.cdr import ClockBuffer
 from soft_sim_ros.recording.reader import LoggedMessage, Run, read_run
 from soft_sim_ros.recording.topics import INPUTS, Qos, resolve
@@ -33,10 +32,9 @@ _PATIENCE = 2.0  # s, at the end, with reliable subscribers that have not yet an
 def main(args: list[str] | None = None) -> int:
     """Replay a recording until its end or a signal; the result is the exit code."""
     args = list(sys.argv[1:] if args is None else args)
-    options = _parser().parse_args(remove_ros_args([NAME, *args])[1:])
     with Signals() as signals:
         try:
-            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+            options = start(_parser(), args)
             run = read_run(options.directory)
             node = Node(NAME)
             player = Player(node, run, options.rate, options.with_commands)

@@ -13,10 +13,10 @@ class Stopped(Exception):  # noqa: N818 - not an error
 class Signals:
     """Handlers of SIGINT and SIGTERM for the time of a ``with`` block.
 
-    Before `when_stopped` is called a signal raises `Stopped`, wherever the main thread is: the
-    compilation of kernels need not be waited for. After it, the first signal calls the given
-    function and sets ``received``; every further one is ignored. ``ros2 launch`` and a terminal
-    together send two.
+    Before `hold` or `when_stopped` is called a signal raises `Stopped`, wherever the main thread
+    is: the compilation of kernels need not be waited for. After it, the first signal calls the
+    given function and sets ``received``; every further one is ignored. ``ros2 launch`` and a
+    terminal together send two.
     """
 
     def __init__(self) -> None:
@@ -29,6 +29,10 @@ class Signals:
         self._action = action
         if self.received:
             action()
+
+    def hold(self) -> None:
+        """Only take note of a signal, until `when_stopped` says what to do."""
+        self._action = lambda: None
 
     def __enter__(self) -> Signals:
         for number in (signal.SIGINT, signal.SIGTERM):

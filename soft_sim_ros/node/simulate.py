@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
+import argparse
 import gc
 import sys
 import threading
 import time
+from collections.abc import Callable
 from contextlib import contextmanager
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.errors import SoftSimError
-from soft_sim_ros.node.clock import Pacer
+from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
 from soft_sim_ros.node.parameters import TABLE, Settings, check_qos_overrides, declare, on_change
-from soft_sim_ros.node.physics import Grid, Physics
+from soft_sim_ros.node.physics import Physics
 from soft_sim_ros.node.publishers import OVERRIDABLE, Publishers, message_class, qos_profile
 from soft_sim_ros.node.services import Services
 from soft_sim_ros.node.signals import Signals, Stopped
+from soft_sim_ros.node.start import StartError, start
 from soft_sim_ros.node.summary import summarise, write_summary
 from soft_sim_ros.node.tip_frame import TipFrame
 from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import EVENTS, INPUTS, topic
+from soft_sim_ros.recording.topics import EVENTS, INPUTS, Topic, output_topics, topic
 from soft_sim_ros.recording.writer import BagWriter
 from soft_sim_ros.scene import Scene, load_scene
 
@@ -42,20 +43,13 @@ def main(args: list[str] | None = None) -> int:
     ``args`` are the words after the name of the program, those of the process if None.
     """
     args = list(sys.argv[1:] if args is None else args)
-    words = remove_ros_args([NAME, *args])[1:]
-    if words:
-        asked = words[0] in ("-h", "--help")
-        text = usage() if asked else f"{NAME}: unexpected {words[0]!r}\n{usage()}"
-        print(text, file=sys.stdout if asked else sys.stderr)
-        return ENDED if asked else MISUSED
     with Signals() as signals:
         try:
-            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        except Exception as error:  # rcl gives parse errors of parameters no type of their own
-            print(f"{NAME}: cannot start: {error}", file=sys.stderr)
-            return MISUSED
-        try:
+            start(_parser(), args)
             return _run(signals)
+        except StartError as error:
+            print(f"{NAME}: {error}", file=sys.stderr)
+            return MISUSED
         except Stopped as signal:
             print(f"{NAME}: stopped by {signal} before it was ready", file=sys.stderr)
             return ENDED
@@ -63,11 +57,15 @@ def main(args: list[str] | None = None) -> int:
             rclpy.try_shutdown()
 
 
-def usage() -> str:
-    """Describe how the node is started, with its parameters."""
-    lines = ["usage: simulate [--ros-args -p parameter:=value -r __ns:=/name …]", "parameters:"]
-    lines += [f"  {row.name} (default {row.default!r}): {row.description}" for row in TABLE]
-    return "\n".join(lines)
+def _parser() -> argparse.ArgumentParser:
+    rows = "\n".join(f"  {row.name:17} {row.default!r:11} {row.description}" for row in TABLE)
+    return argparse.ArgumentParser(
+        prog="simulate",
+        usage="%(prog)s [-h] [--ros-args -p NAME:=VALUE -r __ns:=/NAME …]",
+        description=f"Run the simulator node until it is stopped.\n\n"
+        f"Parameters, with their defaults:\n{rows}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
 
 
 def _run(signals: Signals) -> int:
@@ -77,9 +75,7 @@ def _run(signals: Signals) -> int:
         settings = declare(node)
         scene = load_scene(settings.scene)
         log.info(f"starting {scene.name!r} of {scene.file}")
-        _warm_up(scene, settings, log.info)
-        signals.when_stopped(lambda: None)  # from here on there is a recording to be closed
-        arm = Arm(node, scene, settings)
+        arm = Arm(node, scene, settings, signals.hold)
     except SoftSimError as error:
         for line in str(error).splitlines():
             log.fatal(line)
@@ -105,31 +101,37 @@ class Arm:
         The arm.
     settings : Settings
         Values of the parameters.
+    hold_signals : callable
+        Called when a signal must no longer end the program where it stands.
     """
 
-    def __init__(self, node: Node, scene: Scene, settings: Settings):
+    def __init__(
+        self, node: Node, scene: Scene, settings: Settings, hold_signals: Callable[[], None]
+    ):
         self.node, self.settings = node, settings
         prefix = node.get_fully_qualified_name()
-        self.simulation = Simulation(scene)
-        self.inputs = Inputs(self.simulation, settings.command_timeout, settings.command_ramp)
-        telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
-        outputs = (*telemetry.topics, *(topic(key, prefix) for key in EVENTS))
-        self.publishers = Publishers(node, outputs, settings.publish_clock)
-        self.gate = Gate(self.inputs, settings.frame_id, self._submit, node.get_logger().warning)
+        # The graph comes first: others find it meanwhile, and what is wrong is said at once.
+        self.publishers = Publishers(
+            node,
+            (*output_topics(prefix), *(topic(key, prefix) for key in EVENTS)),
+            settings.publish_clock,
+        )
         inputs = tuple(topic(key, prefix) for key in INPUTS)
         self._subscriptions = [self._subscribe(one) for one in inputs]
         check_qos_overrides(node)
-        self.log = None
-        if settings.record:
-            self.log = BagWriter(
-                settings.record,
-                (*self.publishers.topics, *inputs),
-                metadata=run_metadata(settings, prefix),
-                attachments={"scene.yaml": scene.source.encode()},
-            )
+        if settings.publish_tf:
+            tip = TipFrame(node, settings.frame_id, lambda: self.telemetry.tip_pose())
+            self.publishers.after_tick.append(tip.send)
+        _warm_up(scene, settings, node.get_logger().info)
+        hold_signals()  # from here on there is a recording to be closed
+        self.simulation = Simulation(scene)
+        self.inputs = Inputs(self.simulation, settings.command_timeout, settings.command_ramp)
+        self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
+        self.gate = Gate(self.inputs, settings.frame_id, self._submit, node.get_logger().warning)
+        self.log = self._open_log((*self.publishers.topics, *inputs), prefix)
         self.physics = Physics(
             self.inputs,
-            telemetry,
+            self.telemetry,
             self.publishers,
             self.log,
             self._grid(),
@@ -138,8 +140,6 @@ class Arm:
             exit_on_error=settings.exit_on_error,
             complain=node.get_logger().error,
         )
-        if settings.publish_tf:
-            self.publishers.after_tick.append(TipFrame(node, telemetry, settings.frame_id).send)
         self.services = Services(node, self.physics, settings.step_count)
         self.diagnostics = Diagnostics(node, self.physics, self.gate, scene.name)
         on_change(node, self._change)
@@ -185,6 +185,17 @@ class Arm:
         bad = physics.failure or physics.diverged
         (log.error if bad else log.info)("; ".join(words))
         return FAILED if physics.failure else DIVERGED if physics.diverged else ENDED
+
+    def _open_log(self, topics: tuple[Topic, ...], prefix: str) -> BagWriter | None:
+        if not self.settings.record:
+            return None
+        scene = self.simulation.scene
+        return BagWriter(
+            self.settings.record,
+            topics,
+            metadata=run_metadata(self.settings, prefix),
+            attachments={"scene.yaml": scene.source.encode()},
+        )
 
     def _submit(self, key, order, data) -> None:
         self.physics.submit(key, order, data)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from geometry_msgs.msg import TransformStamped
 
 from soft_sim_ros.node.parameters import ParameterError
@@ -18,19 +20,19 @@ class TipFrame:
     ----------
     node : rclpy.node.Node
         Owner of the publisher.
-    telemetry : Telemetry
-        Knows the pose of the tip.
     frame_id : str
         Parent frame.
+    tip_pose : callable
+        Gives the pose of the tip as the bytes of a PoseStamped.
     """
 
-    def __init__(self, node, telemetry, frame_id: str):
+    def __init__(self, node, frame_id: str, tip_pose: Callable[[], bytes]):
         try:
             from tf2_msgs.msg import TFMessage
         except ImportError as error:
             fault = "publish_tf = True: expected False, because tf2_msgs is not installed"
             raise ParameterError([fault]) from error
-        self._telemetry, self._message = telemetry, TFMessage
+        self._tip_pose, self._message = tip_pose, TFMessage
         self._publisher = node.create_publisher(TFMessage, "/tf", 100)
         self._transform = TransformStamped()
         self._transform.header.frame_id = frame_id
@@ -40,7 +42,7 @@ class TipFrame:
         """Publish the present transform if anybody listens."""
         if not self._publisher.get_subscription_count():
             return
-        pose = decode(POSE, self._telemetry.tip_pose())
+        pose = decode(POSE, self._tip_pose())
         assert isinstance(pose, Poses)
         x, y, z, qx, qy, qz, qw = (float(number) for number in pose.poses[0])
         transform = self._transform

@@ -120,7 +120,7 @@ def test_live_parameters_change_and_others_do_not(node_with):
             ("--ros-args", "-p", "qos_overrides./soft_arm/backbon.publisher.depth:=5"),
             "unknown parameter 'qos_overrides./soft_arm/backbon.publisher.depth'",
         ),
-        (("scene.yaml",), "unexpected 'scene.yaml'"),
+        (("scene.yaml",), "unrecognized arguments: scene.yaml"),
         (("--ros-args", "-p", "poses:=[1, 2.5]"), "cannot start"),
     ],
 )
