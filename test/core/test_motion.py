@@ -113,14 +113,14 @@ def test_free_decay_in_time_has_that_frequency_and_damping():
         assert to_mode @ simulation.q == pytest.approx(expected, abs=2e-3 * abs(start))
 
 
-def swing(step, integrator, duration=0.32, **options):
+def swing(step, integrator, duration=0.32, viscosity=2000.0, **options):
     """Free fall of a soft clamped rod, in space."""
     simulation = rod_simulation(
         radius=0.02,
         strains=ALL[:4],
         order=2,
         gravity=(1.0, 3.0, -9.0),
-        material={"viscosity": 2000.0},
+        material={"viscosity": viscosity},
         numerics={
             "basis": {"order": 2},
             "step": step,
@@ -162,8 +162,9 @@ def test_integrator_has_its_order(reference, integrator, order, steps, options):
     [("sdirk2", 2, 0.008), ("sdirk4", 4, 0.004), ("implicit_midpoint", 2, 0.008)],
 )
 def test_energy_residual_falls_with_the_order_of_the_method(integrator, order, largest):
+    # light damping: in a stiff transient every method of this kind falls back to its stage order
     steps = largest * np.array([1.0, 0.5, 0.25])
-    residuals = [abs(swing(h, integrator).ledger()[-1]) for h in steps]
+    residuals = [abs(swing(h, integrator, viscosity=20.0).ledger()[-1]) for h in steps]
     slope = np.polyfit(np.log(steps), np.log(residuals), 1)[0]
     assert slope > order - 0.4, residuals
     assert residuals[-1] < 1e-3 * swing(0.002, integrator).ledger()[0]

@@ -46,7 +46,10 @@ def alpha_step(
     for i in range(n):
         carried = af * work.memory[1, i] - am * work.memory[0, i]
         work.memory[0, i] = share * work.a[i] + carried / (1.0 - am)
+        change = work.a[i] - work.memory[1, i]
         work.memory[1, i] = work.a[i]
+        # guess for the next step, on a line through the last two
+        work.a[i] += change
         q[i], v[i] = work.q[i], work.v[i]
     work.restart[0] = 0
     work.counters[STEPS] += 1

@@ -39,6 +39,9 @@ from .jit import kernel
 # Above this squared angle the trigonometric start is accurate; below it the series of c8 and c9
 # converges fast.
 SERIES_LIMIT = 4.0
+TERMS = 13
+EVEN = tuple(1.0 / ((2 * j + 7) * (2 * j + 8)) for j in range(TERMS + 1))
+ODD = tuple(1.0 / ((2 * j + 8) * (2 * j + 9)) for j in range(TERMS + 1))
 
 
 @kernel
@@ -46,13 +49,12 @@ def stumpff(x):
     """Return (c0 … c9)(x) for x ≥ 0."""
     if x < SERIES_LIMIT:
         # Horner form of the alternating series; the number of terms gives round-off at the limit
-        terms = 3 if x < 1e-3 else (6 if x < 0.1 else 13)
         c8, c9 = 1.0, 1.0
-        for j in range(terms, 0, -1):
-            c8 = 1.0 - x * c8 / ((2 * j + 7) * (2 * j + 8))
-            c9 = 1.0 - x * c9 / ((2 * j + 8) * (2 * j + 9))
-        c8 /= 40320.0
-        c9 /= 362880.0
+        for j in range(3 if x < 1e-3 else (6 if x < 0.1 else TERMS), 0, -1):
+            c8 = 1.0 - x * EVEN[j] * c8
+            c9 = 1.0 - x * ODD[j] * c9
+        c8 *= 1.0 / 40320.0
+        c9 *= 1.0 / 362880.0
         c7 = 1.0 / 5040.0 - x * c9
         c6 = 1.0 / 720.0 - x * c8
         c5 = 1.0 / 120.0 - x * c7
