@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -82,7 +83,7 @@ class Element:
         )
         for columns in self.columns:
             _, first, count = columns
-            phi = project_linear(lambda s, c=columns: self.values(c, s), begin, end)
+            phi = project_linear(partial(self.values, columns), begin, end)
             segment.entries += [
                 (first + j, columns[0], phi[0, j], phi[1, j])
                 for j in range(count)
@@ -202,7 +203,8 @@ class Chain:
         elements: list[Element] = []
         for i in range(len(ends) - 1):
             if own or i == 0:
-                columns, labels = [], []
+                columns: list[tuple[int, int, int]] = []
+                labels: list[str] = []
                 for component, name in strains:
                     count = (
                         rule.count(basis.order[name])

@@ -90,8 +90,9 @@ class Dynamics:
     ) -> tuple[Floats, Floats, Floats]:
         """Return ∂r/∂q, ∂r/∂q̇, ∂r/∂q̈ (n, n) of the residual, exact."""
         self.residual(q, v, a, self.forcing(efforts, time))
-        # type: ignore[return-value]
-        return tuple(self.tangent(alpha) for alpha in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)))
+      
+        unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        return self.tangent(unit[0]), self.tangent(unit[1]), self.tangent(unit[2])
 
     def tangent(self, alpha: tuple[float, float, float]) -> Floats:
         """Return α₀ ∂r/∂q + α₁ ∂r/∂q̇ + α₂ ∂r/∂q̈ at the state of the last residual."""

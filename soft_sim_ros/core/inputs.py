@@ -249,6 +249,6 @@ def wrench_frame(frame_id: str, base_frame_id: str) -> str:
 def _require_finite(topic: str, labels: Sequence[str], values: np.ndarray) -> None:
     if not np.isfinite(values).all():
         which = ", ".join(
-            f"{labels[i]} = {values[i]}" for i in np.flatnonzero(~np.isfinite(values))
+            f"{labels[i]} = {values[i]}" for i in np.flatnonzero(~np.isfinite(values)).tolist()
         )
         raise CommandError(topic, "not finite: " + which)

@@ -6,13 +6,10 @@ A chain of bodies is a list of *segments*. Segment k carries the frame of node k
     q[column] e[component],
 
 the fourth-order Magnus step of g' = g ξ with ξ at the two Gauss points of the segment (κ = √3
-h²/12). A joint is the
-segment with h = 1, κ = 0 and constant φ; a rigid offset is a segment with no entries. Inertia is
-lumped at the nodes by
-Gauss–Lobatto weights, so the model is a discrete Lagrangian, and every quantity computed from it
-is exact for it.
-Consecutive segments that share coordinates form a *block* (a section element, a joint): the unit
-of elimination.
+h²/12). A joint is the segment with h = 1, κ = 0 and constant φ; a rigid offset is a segment with
+no entries. Inertia is lumped at the nodes by Gauss–Lobatto weights, so the model is a discrete
+Lagrangian, and every quantity computed from it is exact for it. Consecutive segments that share
+coordinates form a *block* (a section element, a joint): the unit of elimination.
 
 All positions, loads and gravity are expressed in the base frame of the arm.
 """

@@ -34,9 +34,8 @@ def frequencies(dynamics: Dynamics, q: Floats | None = None, count: int = 5) -> 
 def recommended_step(dynamics: Dynamics, q: Floats) -> float:
     """Return a step in s that resolves the slowest motions.
 
-    It is 1/100 of the period of the third lowest mode.
-    Stiffer motion is stable at any step and damped out; only its detail is lost. Rounded down to
-    1, 2 or 5 · 10^k.
+    It is 1/100 of the period of the third lowest mode. Stiffer motion is stable at any step and
+    damped out; only its detail is lost. Rounded down to 1, 2 or 5 · 10^k.
     """
     omega = np.abs(modes(dynamics, q)[0])
     omega = omega[omega > 1e-6][:3]

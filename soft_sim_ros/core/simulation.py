@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import Diverged
 from ..scene import Scene
+from .chain import Element
 from .compile import sample_frames
 from .dynamics import Dynamics
 from .integrators import method_of
@@ -128,7 +129,7 @@ class Simulation:
         return q, v
 
     @staticmethod
-    def _impose(element, offset: Floats, q: Floats) -> None:
+    def _impose(element: Element, offset: Floats, q: Floats) -> None:
         """Set the coordinates of an element so that its strain is ξ₀ + offset throughout."""
         s = np.linspace(*element.span, 50)[1:-1]
         for columns in element.columns:

@@ -14,7 +14,7 @@ class Legendre(ElementBasis):
 
     def values(self, order: int, t: Floats) -> Floats:
         """Return P_0 … P_order at t."""
-        return legendre.legvander(t, order)
+        return np.asarray(legendre.legvander(t, order), dtype=np.float64)
 
 
 class Chebyshev(ElementBasis):
@@ -24,7 +24,7 @@ class Chebyshev(ElementBasis):
 
     def values(self, order: int, t: Floats) -> Floats:
         """Return T_0 … T_order at t."""
-        return chebyshev.chebvander(t, order)
+        return np.asarray(chebyshev.chebvander(t, order), dtype=np.float64)
 
 
 class Monomial(ElementBasis):

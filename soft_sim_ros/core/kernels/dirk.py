@@ -47,9 +47,8 @@ def dirk_step(
     """Advance q, v by one step of h in s from t; return CONVERGED or why not.
 
     tableau: (s + 1, s + 1) of A | c over b | 0. Stage i solves r(Q_i, V_i, A_i) = 0 at t + c_i h
-    with
-    Q_i = q + h Σ a_ij V_j, V_i = v + h Σ a_ij A_j. Ledger (2,) collects dissipated energy and work
-    with weights b.
+    with Q_i = q + h Σ a_ij V_j, V_i = v + h Σ a_ij A_j. Ledger (2,) collects dissipated energy and
+    work with weights b.
     """
     stages = tableau.shape[0] - 1
     n = len(q)

@@ -1,10 +1,8 @@
 """Three-vectors, 3x3 matrices and their dual-number versions, as tuples of scalars.
 
 A twist (w; v) is the dual vector w + εv with ε² = 0, a wrench (M; N) is N + εM. Over this ring
-SE(3) is SO(3):
-the Lie bracket is the cross product, Ad is a rotation matrix R + ε p×R, and every formula of SO(3)
-holds as it
-stands (principle of transference). All kernels are written in it.
+SE(3) is SO(3): the Lie bracket is the cross product, Ad is a rotation matrix R + ε p×R, and every
+formula of SO(3) holds as it stands (principle of transference). All kernels are written in it.
 
 Types: ``vec`` = 3-tuple, ``mat`` = 9-tuple by rows; dual scalar, vector, matrix = (real part, ε
 part).

@@ -1,10 +1,8 @@
 """Compile a function to machine code, with a cache on disk that can never be stale.
 
 Numba keys its cache on the file of the function alone, so an edit to a function *called* by a
-cached one
-would go unnoticed. Here the cache folder carries a digest of every kernel source, and lies in the
-user's
-cache directory, so a read-only installation works too.
+cached one would go unnoticed. Here the cache folder carries a digest of every kernel source, and
+lies in the user's cache directory, so a read-only installation works too.
 """
 
 import hashlib
@@ -15,9 +13,10 @@ from typing import Any, TypeVar
 
 import numba
 from numba.core import cgutils
-from numba.core import config as numba_config
+from numba.core import config as _config
 from numba.extending import intrinsic
 
+numba_config: Any = _config  # its settings are set at import, out of sight of type checkers
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -41,6 +40,7 @@ def cache_directory() -> Path:
 
 
 _CACHE = str(cache_directory())
+_compile: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 def kernel(function: F) -> F:
@@ -53,9 +53,7 @@ def kernel(function: F) -> F:
     before = numba_config.CACHE_DIR
     numba_config.CACHE_DIR = _CACHE
     try:
-        return numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(
-            function
-        )
+        return _compile(function)  # the cache folder is chosen here, once
     finally:
         numba_config.CACHE_DIR = before
 
@@ -64,8 +62,7 @@ def address(function: Any, *arguments: Any) -> int:
     """Return the address of a kernel compiled for the types of ``arguments``.
 
     Together with ``call`` this keeps large kernels in compilation units of their own: numba would
-    otherwise optimise
-    the whole tree below a kernel anew in each of its callers.
+    otherwise optimise the whole tree below a kernel anew in each of its callers.
     """
     signature = tuple(numba.typeof(argument) for argument in arguments)
     if signature not in function.overloads:

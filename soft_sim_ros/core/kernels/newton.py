@@ -69,10 +69,8 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
     """Find work.a with r(q, v, a) = 0 at q = start_q + cq a, v = start_v + cv a.
 
     The measure of convergence is the largest correction of a velocity, each coordinate weighed by
-    how far it moves
-    the tip, in arm lengths per second. Factors are kept, across steps too, while they contract
-    well.
-    calls: addresses of inverse_dynamics, tangent and this function.
+    how far it moves the tip, in arm lengths per second. Factors are kept, across steps too, while
+    they contract well. calls: addresses of inverse_dynamics, tangent and this function.
     """
     n = len(work.a)
     stale = work.key[0] != cq or work.key[1] != cv

@@ -1,10 +1,9 @@
 """The exact derivative of the residual, assembled from body-sized pieces.
 
 In the base frame a column U of the Jacobian (the twist of all that follows, per unit coordinate)
-does not change along
-the chain after its own block. With U̇, Ü its time derivatives, I, h the inertia and momentum of a
-node and Λ the wrench
-from there to the tip, the variation of r = Σ Jᵀ F is (docs/theory.md)
+does not change along the chain after its own block. With U̇, Ü its time derivatives, I, h the
+inertia and momentum of a node and Λ the wrench from there to the tip, the variation of r = Σ Jᵀ F
+is (docs/theory.md)
 
     δr = Σ_nodes Jᵀ [I (J̈ δq + 2 J̇ δq̇ + J δq̈) + G (J̇ δq + J δq̇) + D J δq]  +  Σ_segments J⁻ᵀ
     (U δq × Λ)  +  (δU)ᵀ Λ,
