@@ -32,17 +32,17 @@ PUSH = (0.80, 0.83, (0.0, 0.5, 0.5))  # from and to, as parts of the programme; 
 def efforts(time: float, duration: float, limits: NDArray[np.float64]) -> NDArray[np.float64]:
     """Give the efforts (A,) at a time in s: a circling wave that travels to the tip, then steps.
 
-    ``limits`` (A, 2) are those of the actuators; a quarter of them is used. Infinite limits, of
+    ``limits`` (A, 2) are those of the actuators; about half of them is used. Infinite limits, of
     actuators with none, count as 1.
     """
     high = np.where(np.isfinite(limits[:, 1]), limits[:, 1], 1.0)
     low = np.where(np.isfinite(limits[:, 0]), limits[:, 0], -1.0)
-    middle, swing = np.clip(0.0, low, high), 0.25 * (high - low) / 2.0
+    middle, swing = np.clip(0.0, low, high), 0.5 * (high - low) / 2.0
     index = np.arange(len(limits))
     part = time / duration
     if part < SMOOTH:
         envelope = math.sin(math.pi * part / SMOOTH) ** 2
-        phase = 2.0 * math.pi * 0.5 * time - 0.5 * math.pi * (index % 2) - 0.6 * (index // 2)
+        phase = 2.0 * math.pi * 0.5 * time - 0.5 * math.pi * (index % 2) + 0.9 * (index // 2)
         wave = envelope * np.sin(phase)
     else:
         step = int((part - SMOOTH) / (1.0 - SMOOTH) * 5)
