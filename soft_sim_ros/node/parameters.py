@@ -88,7 +88,7 @@ TABLE = (
     Row("publish_rate", 100.0, "state messages per simulated second, Hz", 0.1, 10000.0),
     Row(
         "control_rate",
-        500.0,
+        250.0,
         "how often commands are taken up, per simulated second, Hz; 0 = every step",
         0.0,
         100000.0,

@@ -219,7 +219,7 @@ class Arm:
         ):
             got = 1e9 / (steps * step_ns)
             if rate and abs(got - rate) > 1e-6 * rate:
-                self.node.get_logger().warning(
+                self.node.get_logger().info(
                     f"{name} = {rate:g} Hz is not a whole number of steps of {step_ns * 1e-9:g} s: "
                     f"using {got:.6g} Hz"
                 )

@@ -3,7 +3,7 @@
 import time
 
 import pytest
-from peer import PROGRAM, Program
+from peer import PROGRAM, ROOT, Program
 from rcl_interfaces.msg import ParameterType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -129,3 +129,19 @@ def test_the_node_does_not_start_with_what_it_does_not_understand(tmp_path, argu
     assert program.wait(240.0) == 2
     assert message in program.text
     assert "Traceback" not in program.text
+
+
+def test_the_manual_has_the_table_of_the_parameters():
+    written = {}
+    for line in (ROOT / "docs" / "ros.md").read_text().splitlines():
+        cells = [cell.strip().replace("`", "").replace("'", "") for cell in line.split("|")]
+        if len(cells) == 6 and cells[1] in {row.name for row in TABLE}:
+            written[cells[1]] = tuple(cells[2:5])
+    assert written == {
+        row.name: (
+            str(row.default).lower() if row.default != "" else "empty",
+            "live" if row.live else "",
+            row.description.replace("'", ""),
+        )
+        for row in TABLE
+    }
