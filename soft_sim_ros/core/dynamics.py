@@ -90,7 +90,7 @@ class Dynamics:
     ) -> tuple[Floats, Floats, Floats]:
         """Return ∂r/∂q, ∂r/∂q̇, ∂r/∂q̈ (n, n) of the residual, exact."""
         self.residual(q, v, a, self.forcing(efforts, time))
-      
+
         unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         return self.tangent(unit[0]), self.tangent(unit[1]), self.tangent(unit[2])
 

@@ -8,35 +8,36 @@ DISSIPATED, LOAD_WORK = 0, 1
 
 
 @kernel
-def predict(work, i, before, here, there):
-    """Set work.a, the guess of stage i at time ``there``, on a line through earlier stages.
+def predict(work, tableau, i, h):
+    """Set work.a, the guess of stage i, on a line through two earlier stages.
 
     For the first stage of a step these are the two that the last step left in memory, for later
-    ones the last of these and the first stage of this step, solved for time ``here``.
+    ones the last of these and the first stage of this step. Only step sizes enter, not times, so
+    the same motion has the same bits whenever it starts.
     """
-    n = len(work.a)
     if work.restart[0] != 0:
         return
+    stages = tableau.shape[0] - 1
+    first = tableau[0, stages]
     if i == 0:
-        share = (there - work.when[1]) / (work.when[1] - work.when[0])
-        for c in range(n):
+        span = 1.0 if stages == 1 else (1.0 - first) / first
+        share = h / (span * work.last[0])
+        for c in range(len(work.a)):
             work.a[c] = work.memory[1, c] + share * (work.memory[1, c] - work.memory[0, c])
     else:
-        share = (there - before) / (here - before)
-        for c in range(n):
+        share = tableau[i, stages] / first
+        for c in range(len(work.a)):
             work.a[c] = work.memory[1, c] + share * (work.stage_a[0, c] - work.memory[1, c])
 
 
 @kernel
-def remember(work, stages, t, h, first):
+def remember(work, stages, h):
     """Keep the first and last stage of a step (or the last two steps of a one-stage method)."""
     fresh = work.restart[0] != 0
-    last = t + (first if stages == 1 else 1.0) * h
     for c in range(len(work.a)):
         old = work.stage_a[0, c] if stages > 1 or fresh else work.memory[1, c]
         work.memory[0, c], work.memory[1, c] = old, work.stage_a[stages - 1, c]
-    work.when[0] = t + first * h if stages > 1 else (last - h if fresh else work.when[1])
-    work.when[1] = last
+    work.last[0] = h
     work.restart[0] = 0
 
 
@@ -63,7 +64,7 @@ def dirk_step(
             work.start_v[c] = u
             work.start_q[c] = x + diagonal * u
         apply_loads(loads, tip, tip_follows, inside(t, h, tableau[i, stages]), 1.0, data)
-        predict(work, i, work.when[1], t + tableau[0, stages] * h, t + tableau[i, stages] * h)
+        predict(work, tableau, i, h)
         status = call_status(
             calls[2],
             (calls, model, data, work, diagonal * diagonal, diagonal, tolerance, limit),
@@ -80,7 +81,7 @@ def dirk_step(
         for i in range(stages):
             q[c] += h * tableau[stages, i] * work.stage_v[i, c]
             v[c] += h * tableau[stages, i] * work.stage_a[i, c]
-    remember(work, stages, t, h, tableau[0, stages])
+    remember(work, stages, h)
     ledger[DISSIPATED] += dissipated
     ledger[LOAD_WORK] += worked
     work.counters[STEPS] += 1

@@ -32,9 +32,8 @@ class Work(NamedTuple):
     stage_v: Floats  # (s, n)
     stage_a: Floats  # (s, n)
     a: Floats  # (n,) acceleration, carried from step to step as a predictor
-    # (2, n) accelerations a method remembers, and (2,) their times in s, to predict the next
-    memory: Floats
-    when: Floats
+    memory: Floats  # (2, n) accelerations a method remembers, to predict the next
+    last: Floats  # (1,) size in s of the step they are from
     restart: Ints  # (1,) 1: the memory is void, because an input jumped
     saved: Floats  # (3, n) q, v, a at the start of the step
     counters: Ints  # (5,)
@@ -56,7 +55,7 @@ def new_work(n: int, stages: int) -> Work:
         stage_a=np.zeros((stages, n)),
         a=np.zeros(n),
         memory=np.zeros((2, n)),
-        when=np.zeros(2),
+        last=np.ones(1),
         restart=np.ones(1, dtype=np.int64),
         saved=np.zeros((3, n)),
         counters=np.zeros(5, dtype=np.int64),
