@@ -26,6 +26,8 @@ EXTRAS = {
     # ROS 2 Jazzy from PyPI, for machines without a Jazzy of their own.
     "ros": ["ros-jazzy-rclpy[fastrtps]>=7.1.6,<7.2", "ros-jazzy-common-interfaces>=5.3.6,<5.4"],
     "test": [
+        "colcon-common-extensions>=0.3,<0.4",
+        "setuptools>=68,<80",  # what colcon drives, which later ones no longer have
         "pytest>=7.4,<10",
         "pytest-timeout>=2.2,<3",
         "hypothesis>=6.98,<7",

@@ -82,7 +82,7 @@ def build_chain(scene: Scene) -> Chain:
 
 def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
     blocks, segments = chain.blocks, chain.segments
-    sizes = [block.stiffness.size for block in blocks]
+    law = _sparse_law(chain)
     entries = _flat_entries(segments)
     ports = [_port(chain, actuator) for actuator in scene.actuators]
     tendons = [_tendon(chain, actuator) for actuator in scene.actuators]
@@ -97,9 +97,10 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
         inertia=_floats(chain.inertia),
         block_col=_ints([*(block.begin for block in blocks), len(chain.names)]),
         block_seg=_ints([*(block.first_segment for block in blocks), len(segments)]),
-        block_off=_ints([0, *np.cumsum(sizes)]),
-        stiffness=_floats(np.concatenate([[], *(block.stiffness.ravel() for block in blocks)])),
-        damping=_floats(np.concatenate([[], *(block.damping.ravel() for block in blocks)])),
+        law_ptr=law[0],
+        law_col=law[1],
+        stiffness=law[2],
+        damping=law[3],
         weight=_weights(chain, length),
         port_ptr=_ints([0, *np.cumsum([len(p) for p in ports])]),
         port_col=_ints([column for p in ports for column, _ in p]),
@@ -116,6 +117,26 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
                 stretched = xi[3:] + np.cross(xi[:3], path[g, 0]) + path[g, 1]
                 model.tendon_rest[i] += model.half[k] * np.linalg.norm(stretched)
     return model
+
+
+def _sparse_law(chain: Chain) -> tuple:
+    """Return stiffness and damping of all blocks by rows, without zeros and without round-off."""
+    ptr, columns = [0], []
+    stiffness: list[float] = []
+    damping: list[float] = []
+    for block in chain.blocks:
+        size = np.sqrt(np.outer(*2 * [np.diag(block.stiffness)]))
+        loss = np.sqrt(np.outer(*2 * [np.diag(block.damping)]))
+        # products of orthogonal functions integrate to round-off, not to zero
+        keep = np.abs(block.stiffness) > 1e-14 * size
+        keep |= np.abs(block.damping) > 1e-14 * loss
+        for i, row in enumerate(keep):
+            for j in np.flatnonzero(row).tolist():
+                columns.append(block.begin + j)
+                stiffness.append(block.stiffness[i, j])
+                damping.append(block.damping[i, j])
+            ptr.append(len(columns))
+    return _ints(ptr), _ints(columns), _floats(stiffness), _floats(damping)
 
 
 def _flat_entries(segments: list[Segment]) -> tuple:

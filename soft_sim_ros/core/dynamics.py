@@ -113,11 +113,11 @@ class Dynamics:
 
     def stiffness_matrix(self) -> Floats:
         """Return ∫ Φᵀ H Φ ds and joint stiffness (n, n)."""
-        return self._block_diagonal(self.model.stiffness)
+        return self._law(self.model.stiffness)
 
     def damping_matrix(self) -> Floats:
         """Return R = ∫ Φᵀ Γ Φ ds and joint damping (n, n): C (1.36), projected with Φᵀ."""
-        return self._block_diagonal(self.model.damping)
+        return self._law(self.model.damping)
 
     def gravity_force(self, q: Floats) -> Floats:
         """Return g(q) = ∂V_gravity/∂q (n,): C (1.34)."""
@@ -189,11 +189,9 @@ class Dynamics:
         rotation = self.compiled.base[:3, :3].T
         return np.concatenate([rotation @ wrench[:3], rotation @ wrench[3:]])
 
-    def _block_diagonal(self, flat: Floats) -> Floats:
+    def _law(self, values: Floats) -> Floats:
+        """Return a sparse law as a matrix (n, n)."""
         out = np.zeros((self.n, self.n))
-        model = self.model
-        for b in range(len(model.block_col) - 1):
-            at = slice(model.block_col[b], model.block_col[b + 1])
-            size = at.stop - at.start
-            out[at, at] = flat[model.block_off[b] : model.block_off[b + 1]].reshape(size, size)
+        rows = np.repeat(np.arange(self.n), np.diff(self.model.law_ptr))
+        out[rows, self.model.law_col] = values
         return out

@@ -36,9 +36,10 @@ class Model(NamedTuple):
     inertia: Floats  # (S + 1, 4) lumped mass kg and principal inertia kg·m²
     block_col: Ints  # (B + 1,) first coordinate of a block
     block_seg: Ints  # (B + 1,) first segment of a block
-    block_off: Ints  # (B + 1,) offset of a block in stiffness and damping
-    stiffness: Floats  # blocks by rows, ∫ Φᵀ H Φ ds
-    damping: Floats  # blocks by rows, ∫ Φᵀ Γ Φ ds
+    law_ptr: Ints  # (n + 1,) rows of stiffness and damping, zeros left out …
+    law_col: Ints  # … their columns
+    stiffness: Floats  # … ∫ Φᵀ H Φ ds and joint stiffness
+    damping: Floats  # … ∫ Φᵀ Γ Φ ds and joint damping
     # (n,) displacement of the tip per unit coordinate over the arm's length: Newton's norm
     weight: Floats
     port_ptr: Ints  # (A + 1,) linear part of the actuators: dq-columns …

@@ -69,10 +69,7 @@ def load_power(model, data):
 def damping_power(model, v):
     """Return q̇ᵀ R q̇ in W."""
     total = 0.0
-    for b in range(len(model.block_col) - 1):
-        at = model.block_off[b]
-        for i in range(model.block_col[b], model.block_col[b + 1]):
-            for j in range(model.block_col[b], model.block_col[b + 1]):
-                total += v[i] * model.damping[at] * v[j]
-                at += 1
+    for i in range(len(v)):
+        for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
+            total += v[i] * model.damping[e] * v[model.law_col[e]]
     return total

@@ -33,6 +33,21 @@ def lu_factor(a, pivot):
 
 
 @kernel
+def row_dot(row, b, begin, end):
+    """Return Σ row[j] b[j] over begin ≤ j < end, in four interleaved sums for speed."""
+    s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
+    stop = begin + (end - begin) // 4 * 4
+    for j in range(begin, stop, 4):
+        s0 += row[j] * b[j]
+        s1 += row[j + 1] * b[j + 1]
+        s2 += row[j + 2] * b[j + 2]
+        s3 += row[j + 3] * b[j + 3]
+    for j in range(stop, end):
+        s0 += row[j] * b[j]
+    return (s0 + s1) + (s2 + s3)
+
+
+@kernel
 def lu_solve(a, pivot, b):
     """Solve in place for b (n,) with the factors of ``lu_factor``."""
     n = a.shape[0]
@@ -41,12 +56,6 @@ def lu_solve(a, pivot, b):
         if row != k:
             b[k], b[row] = b[row], b[k]
     for i in range(1, n):
-        total = b[i]
-        for j in range(i):
-            total -= a[i, j] * b[j]
-        b[i] = total
+        b[i] -= row_dot(a[i], b, 0, i)
     for i in range(n - 1, -1, -1):
-        total = b[i]
-        for j in range(i + 1, n):
-            total -= a[i, j] * b[j]
-        b[i] = total / a[i, i]
+        b[i] = (b[i] - row_dot(a[i], b, i + 1, n)) / a[i, i]

@@ -35,12 +35,9 @@ def energies(model, data, q, v, zero):
             kinetic += 0.5 * model.inertia[k, 1 + c] * data.eta[k, c] ** 2
             kinetic += 0.5 * mass * data.eta[k, 3 + c] ** 2
             weight -= mass * data.gravity[c] * data.position[k, c]
-    for b in range(len(model.block_col) - 1):
-        at = model.block_off[b]
-        for i in range(model.block_col[b], model.block_col[b + 1]):
-            for j in range(model.block_col[b], model.block_col[b + 1]):
-                elastic += 0.5 * q[i] * model.stiffness[at] * q[j]
-                at += 1
+    for i in range(len(q)):
+        for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
+            elastic += 0.5 * q[i] * model.stiffness[e] * q[model.law_col[e]]
     return kinetic, elastic, weight
 
 

@@ -152,16 +152,11 @@ def project(model, data, r):
 
 @kernel
 def internal_forces(model, q, v, r):
-    """Add K q + R v to r, block by block."""
-    for b in range(len(model.block_col) - 1):
-        begin, end = model.block_col[b], model.block_col[b + 1]
-        at = model.block_off[b]
-        for i in range(begin, end):
-            total = 0.0
-            for j in range(begin, end):
-                total += model.stiffness[at] * q[j] + model.damping[at] * v[j]
-                at += 1
-            r[i] += total
+    """Add K q + R v to r."""
+    for i in range(len(r)):
+        for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
+            j = model.law_col[e]
+            r[i] += model.stiffness[e] * q[j] + model.damping[e] * v[j]
 
 
 @kernel

@@ -159,12 +159,9 @@ def inertial_tangent(model, data, alpha, matrix):
 def internal_tangent(model, alpha, matrix):
     """Add α₀ K + α₁ R."""
     a0, a1, _ = alpha
-    for b in range(len(model.block_col) - 1):
-        at = model.block_off[b]
-        for i in range(model.block_col[b], model.block_col[b + 1]):
-            for j in range(model.block_col[b], model.block_col[b + 1]):
-                matrix[i, j] += a0 * model.stiffness[at] + a1 * model.damping[at]
-                at += 1
+    for i in range(matrix.shape[0]):
+        for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
+            matrix[i, model.law_col[e]] += a0 * model.stiffness[e] + a1 * model.damping[e]
 
 
 @kernel
