@@ -103,6 +103,6 @@ class Publishers:
         """Move everybody's clock, after the state of that time has been sent."""
         for also in self.after_tick:
             also(time_ns)
-        if self._clock is not None:
+        if self._clock is not None and self._clock.get_subscription_count():
             self._clock.publish(self._clock_bytes.fill(time_ns))
             self.sent["clock"] += 1
