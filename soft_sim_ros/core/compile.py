@@ -83,6 +83,7 @@ def build_chain(scene: Scene) -> Chain:
 def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
     blocks, segments = chain.blocks, chain.segments
     law = _sparse_law(chain)
+    block_seg = _ints([*(block.first_segment for block in blocks), len(segments)])
     entries = _flat_entries(segments)
     ports = [_port(chain, actuator) for actuator in scene.actuators]
     tendons = [_tendon(chain, actuator) for actuator in scene.actuators]
@@ -96,7 +97,8 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
         entry_phi=entries[3],
         inertia=_floats(chain.inertia),
         block_col=_ints([*(block.begin for block in blocks), len(chain.names)]),
-        block_seg=_ints([*(block.first_segment for block in blocks), len(segments)]),
+        block_seg=block_seg,
+        seg_block=_ints(np.repeat(np.arange(len(blocks)), np.diff(block_seg))),
         law_ptr=law[0],
         law_col=law[1],
         stiffness=law[2],

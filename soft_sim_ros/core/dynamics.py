@@ -16,6 +16,7 @@ from .kernels.columns import node_jacobians
 from .kernels.forcing import apply_loads
 from .kernels.output import energies, ports
 from .kernels.sweep import inverse_dynamics
+from .kernels.system import dense, new_system
 from .kernels.tangent import tangent
 from .model import Data, Floats, new_data
 
@@ -41,6 +42,7 @@ class Dynamics:
         self.n = len(self.compiled.coordinate_names)
         self.actuators = len(self.model.port_ptr) - 1
         self._data = new_data(self.model)
+        self._system = new_system(self.model)
         self._zero = np.zeros(self.n)
         self._no_tip = np.zeros(6)
 
@@ -97,7 +99,8 @@ class Dynamics:
     def tangent(self, alpha: tuple[float, float, float]) -> Floats:
         """Return α₀ ∂r/∂q + α₁ ∂r/∂q̇ + α₂ ∂r/∂q̈ at the state of the last residual."""
         matrix = np.zeros((self.n, self.n))
-        tangent(self.model, self._data, tuple(float(x) for x in alpha), matrix)
+        tangent(self.model, self._data, tuple(float(x) for x in alpha), self._system)
+        dense(self.model, self._system, matrix)
         return matrix
 
     def mass_matrix(self, q: Floats) -> Floats:

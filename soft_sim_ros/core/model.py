@@ -36,6 +36,7 @@ class Model(NamedTuple):
     inertia: Floats  # (S + 1, 4) lumped mass kg and principal inertia kg·m²
     block_col: Ints  # (B + 1,) first coordinate of a block
     block_seg: Ints  # (B + 1,) first segment of a block
+    seg_block: Ints  # (S,) block of a segment
     law_ptr: Ints  # (n + 1,) rows of stiffness and damping, zeros left out …
     law_col: Ints  # … their columns
     stiffness: Floats  # … ∫ Φᵀ H Φ ds and joint stiffness

@@ -84,7 +84,7 @@ class Simulation:
         self.step_ns = round(scene.numerics.step * 1e9)
         self.step_index = 0
         self._method = method_of(scene)
-        self._work = new_work(self.n_coordinates, max(1, self._method[0].shape[0] - 1))
+        self._work = new_work(self.model, max(1, self._method[0].shape[0] - 1))
         self._q, self._v = np.zeros(self.n_coordinates), np.zeros(self.n_coordinates)
         self.q, self.v = self._q.view(), self._v.view()
         self.q.flags.writeable = self.v.flags.writeable = False

@@ -59,3 +59,27 @@ def lu_solve(a, pivot, b):
         b[i] -= row_dot(a[i], b, 0, i)
     for i in range(n - 1, -1, -1):
         b[i] = (b[i] - row_dot(a[i], b, i + 1, n)) / a[i, i]
+
+
+@kernel
+def lu_solve_rows(a, pivot, x):
+    """Solve in place for the columns of x (n, m) with the factors of ``lu_factor``."""
+    n, m = x.shape
+    for k in range(n):
+        row = pivot[k]
+        if row != k:
+            for c in range(m):
+                x[k, c], x[row, c] = x[row, c], x[k, c]
+    for i in range(1, n):
+        for j in range(i):
+            s = a[i, j]
+            for c in range(m):
+                x[i, c] -= s * x[j, c]
+    for i in range(n - 1, -1, -1):
+        for j in range(i + 1, n):
+            s = a[i, j]
+            for c in range(m):
+                x[i, c] -= s * x[j, c]
+        s = 1.0 / a[i, i]
+        for c in range(m):
+            x[i, c] *= s

@@ -7,8 +7,8 @@ import numpy as np
 
 from ..model import Data, Floats, Ints, Model
 from .jit import address, call_void, kernel
-from .linalg import lu_factor, lu_solve
 from .sweep import inverse_dynamics
+from .system import System, factor, new_system, solve
 from .tangent import tangent
 
 CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR = 0, 1, 2, 3
@@ -21,8 +21,7 @@ STEPS, EVALUATIONS, FACTORISATIONS, ITERATIONS, REFUSED = 0, 1, 2, 3, 4
 class Work(NamedTuple):
     """Scratch of a solver for n coordinates and s stages."""
 
-    matrix: Floats  # (n, n) factors of the Newton matrix
-    pivot: Ints  # (n,)
+    system: System  # factors of the Newton matrix
     key: Floats  # (2,) the (cq, cv) it was made for
     residual: Floats  # (n,)
     start_q: Floats
@@ -40,11 +39,11 @@ class Work(NamedTuple):
     measure: Floats  # (2,) last Newton measure, largest residual of the last step
 
 
-def new_work(n: int, stages: int) -> Work:
+def new_work(model: Model, stages: int) -> Work:
     """Allocate zeroed scratch."""
+    n = len(model.weight)
     return Work(
-        matrix=np.zeros((n, n)),
-        pivot=np.zeros(n, dtype=np.int64),
+        system=new_system(model),
         key=np.array([-1.0, -1.0]),
         residual=np.zeros(n),
         start_q=np.zeros(n),
@@ -82,15 +81,15 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
         call_void(calls[0], (model, data, work.q, work.v, work.a, work.residual))
         work.counters[EVALUATIONS] += 1
         if stale:
-            call_void(calls[1], (model, data, (cq, cv, 1.0), work.matrix))
+            call_void(calls[1], (model, data, (cq, cv, 1.0), work.system))
             work.counters[FACTORISATIONS] += 1
             work.key[0], work.key[1] = cq, cv
-            if not lu_factor(work.matrix, work.pivot):
+            if not factor(model, work.system):
                 work.key[0] = -1.0
                 return SINGULAR
             stale = False
             refreshed = iteration
-        lu_solve(work.matrix, work.pivot, work.residual)
+        solve(model, work.system, work.residual)
         size = 0.0
         for i in range(n):
             work.a[i] -= work.residual[i]
@@ -122,6 +121,6 @@ def addresses(model: Model, data: Data, work: Work) -> tuple[int, int, int]:
     """Return the addresses of inverse_dynamics, tangent and solve_stage for these arguments."""
     state = (work.q, work.v, work.a, work.residual)
     first = address(inverse_dynamics, model, data, *state)
-    second = address(tangent, model, data, (1.0, 1.0, 1.0), work.matrix)
+    second = address(tangent, model, data, (1.0, 1.0, 1.0), work.system)
     calls = (first, second, 0)
     return first, second, address(solve_stage, calls, model, data, work, 1.0, 1.0, 1.0, 1)

@@ -36,13 +36,13 @@ def product_t_add(matrix, x, out, factor):
 
 
 @kernel
-def gram_add(left, right, matrix, row, col):
-    """Add left[:, i] · right[:, j] to matrix[row + i, col + j]."""
+def gram_add(left, right, matrix):
+    """Add leftᵀ right to matrix (m, m), left and right (6, m)."""
     for i in range(left.shape[1]):
         for c in range(6):
             s = left[c, i]
             for j in range(right.shape[1]):
-                matrix[row + i, col + j] += s * right[c, j]
+                matrix[i, j] += s * right[c, j]
 
 
 @kernel

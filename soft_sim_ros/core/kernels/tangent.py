@@ -29,6 +29,7 @@ from .products import (
     product_t_add,
 )
 from .sweep import tendon_direction
+from .system import rows
 
 
 @kernel
@@ -64,108 +65,91 @@ def turned_wrench(data, k, a0, columns, out):
 
 
 @kernel
-def add_entries(model, k, factor, hessian, matrix):
-    """Add factor times φᵀ H φ of segment k, H (2, 2, 6, 6) between its two Gauss points."""
+def add_entries(model, k, begin, factor, hessian, block):
+    """Add factor times φᵀ H φ of segment k to its block, H (2, 2, 6, 6) between Gauss points."""
     for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
-        i, ci = model.entry_col[e], model.entry_comp[e]
+        i, ci = model.entry_col[e] - begin, model.entry_comp[e]
         p1, p2 = factor * model.entry_phi[e, 0], factor * model.entry_phi[e, 1]
         for e2 in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
             cj = model.entry_comp[e2]
             t1, t2 = model.entry_phi[e2, 0], model.entry_phi[e2, 1]
-            matrix[i, model.entry_col[e2]] += p1 * (
+            block[i, model.entry_col[e2] - begin] += p1 * (
                 t1 * hessian[0, 0, ci, cj] + t2 * hessian[0, 1, ci, cj]
             ) + p2 * (t1 * hessian[1, 0, ci, cj] + t2 * hessian[1, 1, ci, cj])
 
 
 @kernel
-def inertial_tangent(model, data, alpha, matrix):
-    """Add the derivative of inertial, weight and load forces to matrix (n, n)."""
+def block_tangent(model, data, alpha, b, tail, system):
+    """Fill block b of the system; tail (3, 6, 6) holds I, G, D beyond it and is moved before it."""
     a0, a1, a2 = alpha
-    n = matrix.shape[0]
-    blocks = len(model.block_col) - 1
-    # Per column, at the end of its block: J, Z = α₀J̇ + α₁J, Y = α₀J̈ + 2α₁J̇ + α₂J …
-    ends = np.zeros((3, 6, n))
-    # … and what it feels of later motion (Σ IᵀJ, Σ GᵀJ, α₀ Σ DᵀJ) and exerts on earlier columns.
-    feels = np.zeros((3, 6, n))
-    exerts = np.zeros((6, n))
-    tail, node = np.zeros((3, 6, 6)), np.zeros((3, 6, 6))
+    begin, end = model.block_col[b], model.block_col[b + 1]
+    m = end - begin
+    block = system.diagonal[system.offset[b] : system.offset[b + 1]].reshape((m, m))
+    exerts = rows(system.exerts, 6, begin, end)
+    scratch = np.zeros((12, 6, m))
+    jac, step, feel = scratch[0:3], scratch[3:6], scratch[6:9]  # J, J̇, J̈ of the columns so far
+    z, y, out = scratch[9], scratch[10], scratch[11]
+    node, inner = np.zeros((3, 6, 6)), np.zeros((3, 6, 6))
     columns = np.zeros((6, 6, 6))
     hessian = np.zeros((2, 2, 6, 6))
-    for b in range(blocks - 1, -1, -1):
-        begin, end = model.block_col[b], model.block_col[b + 1]
-        m = end - begin
-        jac, step = np.zeros((3, 6, m)), np.zeros((3, 6, m))
-        y, z, out = np.zeros((6, m)), np.zeros((6, m)), np.zeros((6, m))
-        own = np.zeros((6, m))
-        feel = np.zeros((3, 6, m))
-        inner = np.zeros((3, 6, 6))
-        last = model.block_seg[b + 1] - 1
-        for k in range(model.block_seg[b], last + 1):
-            if model.entry_ptr[k + 1] > model.entry_ptr[k]:
-                pose_derivatives(model, data, k, columns)
-                segment_columns(model, k, begin, columns, step)
-                if a0 != 0.0:
-                    turned_wrench(data, k, a0, step[0], out)
-                    gram_add(jac[0], out, matrix, begin, begin)
-                    accumulate(own, out)
-                    local_stiffness(model, data, k, hessian)
-                    add_entries(model, k, a0, hessian, matrix)
-                accumulate3(jac, step)
-            node_matrices(model, data, k + 1, node[0], node[1], node[2])
-            if k == last:
-                accumulate3(node, tail)
-            else:
-                accumulate3(inner, node)
-            if m > 0:
-                for c in range(6):
-                    for j in range(m):
-                        z[c, j] = a0 * jac[1, c, j] + a1 * jac[0, c, j]
-                        y[c, j] = a0 * jac[2, c, j] + 2.0 * a1 * jac[1, c, j] + a2 * jac[0, c, j]
-                product(node[0], y, out)
-                product_add(node[1], z, out, 1.0)
-                product_add(node[2], jac[0], out, a0)
-                gram_add(jac[0], out, matrix, begin, begin)
-                accumulate(own, out)
-                if begin > 0:
-                    product_add(node[0], jac[0], feel[0], 1.0)
-                    product_t_add(node[1], jac[0], feel[1], 1.0)
-                    product_t_add(node[2], jac[0], feel[2], a0)
-        clear(tail)
-        accumulate3(tail, inner)
-        accumulate3(tail, node)
+    last = model.block_seg[b + 1] - 1
+    for k in range(model.block_seg[b], last + 1):
+        if model.entry_ptr[k + 1] > model.entry_ptr[k]:
+            pose_derivatives(model, data, k, columns)
+            segment_columns(model, k, begin, columns, step)
+            if a0 != 0.0:
+                turned_wrench(data, k, a0, step[0], out)
+                gram_add(jac[0], out, block)
+                accumulate(exerts, out)
+                local_stiffness(model, data, k, hessian)
+                add_entries(model, k, begin, a0, hessian, block)
+            accumulate3(jac, step)
+        node_matrices(model, data, k + 1, node[0], node[1], node[2])
+        if k == last:
+            accumulate3(node, tail)
+        else:
+            accumulate3(inner, node)
+        if m == 0:
+            continue
         for c in range(6):
             for j in range(m):
-                ends[0, c, begin + j] = jac[0, c, j]
-                ends[1, c, begin + j] = z[c, j]
-                ends[2, c, begin + j] = y[c, j]
-                exerts[c, begin + j] = own[c, j]
-                for d in range(3):
-                    feels[d, c, begin + j] = feel[d, c, j]
-    for b in range(1, blocks):
-        begin, end = model.block_col[b], model.block_col[b + 1]
-        for i in range(begin, end):
-            for c in range(6):
-                f0, f1, f2 = feels[0, c, i], feels[1, c, i], feels[2, c, i]
-                for j in range(begin):
-                    matrix[i, j] += f0 * ends[2, c, j] + f1 * ends[1, c, j] + f2 * ends[0, c, j]
-        for j in range(begin):
-            for c in range(6):
-                f0 = ends[0, c, j]
-                for i in range(begin, end):
-                    matrix[j, i] += f0 * exerts[c, i]
+                z[c, j] = a0 * jac[1, c, j] + a1 * jac[0, c, j]
+                y[c, j] = a0 * jac[2, c, j] + 2.0 * a1 * jac[1, c, j] + a2 * jac[0, c, j]
+        product(node[0], y, out)
+        product_add(node[1], z, out, 1.0)
+        product_add(node[2], jac[0], out, a0)
+        gram_add(jac[0], out, block)
+        accumulate(exerts, out)
+        if begin > 0:
+            product_t_add(node[2], jac[0], feel[0], a0)
+            product_t_add(node[1], jac[0], feel[1], 1.0)
+            product_add(node[0], jac[0], feel[2], 1.0)
+    clear(tail)
+    accumulate3(tail, inner)
+    accumulate3(tail, node)
+    motion, feels = rows(system.motion, 18, begin, end), rows(system.feels, 18, begin, end)
+    for c in range(6):
+        for j in range(m):
+            motion[c, j], motion[6 + c, j], motion[12 + c, j] = jac[0, c, j], z[c, j], y[c, j]
+            for d in range(3):
+                feels[6 * d + c, j] = feel[d, c, j]
 
 
 @kernel
-def internal_tangent(model, alpha, matrix):
+def internal_tangent(model, alpha, system):
     """Add α₀ K + α₁ R."""
     a0, a1, _ = alpha
-    for i in range(matrix.shape[0]):
-        for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
-            matrix[i, model.law_col[e]] += a0 * model.stiffness[e] + a1 * model.damping[e]
+    for b in range(len(model.block_col) - 1):
+        begin, end = model.block_col[b], model.block_col[b + 1]
+        for i in range(begin, end):
+            at = system.offset[b] + (i - begin) * (end - begin) - begin
+            for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
+                term = a0 * model.stiffness[e] + a1 * model.damping[e]
+                system.diagonal[at + model.law_col[e]] += term
 
 
 @kernel
-def tendon_tangent(model, data, a0, matrix):
+def tendon_tangent(model, data, a0, system):
     """Add α₀ T ∂²ℓ/∂q² of every tendon under tension."""
     hessian = np.zeros((2, 2, 6, 6))
     slope = np.zeros((3, 6))
@@ -190,19 +174,25 @@ def tendon_tangent(model, data, a0, matrix):
                     for b in range(6):
                         sb = (slope[0, b], slope[1, b], slope[2, b])
                         hessian[g, g, a, b] = model.half[k] / norm * (dot(sa, sb) - na * dot(n, sb))
-            add_entries(model, k, a0 * effort, hessian, matrix)
+            b = model.seg_block[k]
+            begin, m = model.block_col[b], model.block_col[b + 1] - model.block_col[b]
+            block = system.diagonal[system.offset[b] : system.offset[b + 1]].reshape((m, m))
+            add_entries(model, k, begin, a0 * effort, hessian, block)
 
 
 @kernel
-def tangent(model, data, alpha, matrix):
-    """Fill matrix (n, n) with α₀ ∂r/∂q + α₁ ∂r/∂q̇ + α₂ ∂r/∂q̈ at the last residual's state.
+def tangent(model, data, alpha, system):
+    """Fill system with α₀ ∂r/∂q + α₁ ∂r/∂q̇ + α₂ ∂r/∂q̈ at the last residual's state.
 
     Exact for the discrete model, actuators and loads included.
     """
-    for i in range(matrix.shape[0]):
-        for j in range(matrix.shape[1]):
-            matrix[i, j] = 0.0
-    inertial_tangent(model, data, alpha, matrix)
-    internal_tangent(model, alpha, matrix)
+    for i in range(len(system.diagonal)):
+        system.diagonal[i] = 0.0
+    for i in range(len(system.exerts)):
+        system.exerts[i] = 0.0
+    tail = np.zeros((3, 6, 6))
+    for b in range(len(model.block_col) - 2, -1, -1):
+        block_tangent(model, data, alpha, b, tail, system)
+    internal_tangent(model, alpha, system)
     if alpha[0] != 0.0:
-        tendon_tangent(model, data, alpha[0], matrix)
+        tendon_tangent(model, data, alpha[0], system)
