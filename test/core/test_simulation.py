@@ -40,7 +40,7 @@ def test_reset_brings_back_the_same_bits_and_time_goes_on():
 
 @pytest.mark.parametrize("integrator", ["sdirk2", "generalized_alpha"])
 def test_a_load_that_switches_between_steps_acts_for_exactly_its_time(integrator):
-    """Momentum of a free joint: a moment M on for T turns it at M T / J, T not a multiple of the step."""
+    """A moment M on for a time T, no multiple of the step, turns a wheel at M T / J."""
     document = rod_document(strains=["stretch"], order=0)
     document["bodies"] = [
         {"joint": "hinge", "kind": "revolute", "axis": [0, 0, 1]},
