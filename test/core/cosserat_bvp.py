@@ -1,8 +1,8 @@
 """An independent static solution: the Cosserat rod equations in world axes, by collocation (scipy).
 
-Unknowns per arc length: position r, quaternion (unit by construction of its rate), internal
-moment m and force n in
-*world* axes. Nothing is shared with the package: other unknowns, other equations, other discretisation.
+Unknowns per arc length: position r, quaternion (unit by construction of its rate), internal moment
+m and force n in *world* axes. Nothing is shared with the package: other unknowns, other equations,
+another discretisation.
 """
 
 import numpy as np
