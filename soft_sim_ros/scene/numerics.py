@@ -10,7 +10,8 @@ from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.strains import STRAINS
 
 INTEGRATORS = ("sdirk2", "sdirk3", "sdirk4", "implicit_midpoint", "generalized_alpha")
-BASES = ("legendre", "chebyshev", "monomial", "constant", "linear")
+# a list: soft_sim_ros.core.bases.register makes more of them known
+BASES = ["legendre", "chebyshev", "monomial", "constant", "linear"]
 FIXED_ORDER = {"constant": 0, "linear": 1}
 DEFAULT_ORDER = {
     "torsion": 1, "bend_y": 3, "bend_z": 3, "stretch": 1, "shear_y": 1, "shear_z": 1,

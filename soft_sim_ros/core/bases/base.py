@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 
+from ...scene.numerics import BASES
 from ..model import Floats
 
 
@@ -42,8 +43,10 @@ _BASES: dict[str, Basis] = {}
 
 
 def register(basis: Basis) -> None:
-    """Make a basis known under its ``kind``."""
+    """Make a basis known under its ``kind``, to scenes as well."""
     _BASES[basis.kind] = basis
+    if basis.kind not in BASES:
+        BASES.append(basis.kind)
 
 
 def get_basis(kind: str) -> Basis:
