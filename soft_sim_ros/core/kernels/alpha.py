@@ -2,7 +2,7 @@
 
 from .dirk import DISSIPATED, LOAD_WORK
 from .forcing import apply_loads, damping_power, inside, load_power
-from .jit import call_status, kernel
+from .jit import call_stage, kernel
 from .newton import CONVERGED, STEPS
 
 
@@ -20,7 +20,7 @@ def alpha_step(
         for i in range(n):
             work.start_q[i], work.start_v[i] = q[i], v[i]
         apply_loads(loads, tip, tip_follows, inside(t, h, 0.0), 1.0, data)
-        status = call_status(calls[2], (calls, model, data, work, 0.0, 0.0, tolerance, limit))
+        status = call_stage(calls[2], calls, model, data, work, 0.0, 0.0, tolerance, limit)
         if status != CONVERGED:
             return status
         for i in range(n):
@@ -38,7 +38,7 @@ def alpha_step(
     before = damping_power(model, v), load_power(model, data)
     apply_loads(loads, tip, tip_follows, inside(t, h, 1.0), 1.0, data)
     cq, cv = h * h * beta * share, h * gamma * share
-    status = call_status(calls[2], (calls, model, data, work, cq, cv, tolerance, limit))
+    status = call_stage(calls[2], calls, model, data, work, cq, cv, tolerance, limit)
     if status != CONVERGED:
         return status
     ledger[DISSIPATED] += 0.5 * h * (before[0] + damping_power(model, work.v))

@@ -1,7 +1,7 @@
 """One step of a diagonally implicit Runge–Kutta method on (q, q̇), given by its tableau."""
 
 from .forcing import apply_loads, damping_power, inside, load_power
-from .jit import call_status, kernel
+from .jit import call_stage, kernel
 from .newton import CONVERGED, STEPS
 
 DISSIPATED, LOAD_WORK = 0, 1
@@ -65,9 +65,8 @@ def dirk_step(
             work.start_q[c] = x + diagonal * u
         apply_loads(loads, tip, tip_follows, inside(t, h, tableau[i, stages]), 1.0, data)
         predict(work, tableau, i, h)
-        status = call_status(
-            calls[2],
-            (calls, model, data, work, diagonal * diagonal, diagonal, tolerance, limit),
+        status = call_stage(
+            calls[2], calls, model, data, work, diagonal * diagonal, diagonal, tolerance, limit
         )
         if status != CONVERGED:
             return status

@@ -61,7 +61,7 @@ def kernel(function: F) -> F:
 def address(function: Any, *arguments: Any) -> int:
     """Return the address of a kernel compiled for the types of ``arguments``.
 
-    Together with ``call`` this keeps large kernels in compilation units of their own: numba would
+    Together with the callers below this keeps large kernels in compilation units of their own: numba would
     otherwise optimise the whole tree below a kernel anew in each of its callers.
     """
     signature = tuple(numba.typeof(argument) for argument in arguments)
@@ -71,30 +71,39 @@ def address(function: Any, *arguments: Any) -> int:
     return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
 
 
-def caller(returns: Any) -> Any:
-    """Return ``call(address, arguments)``: call a kernel by address from another kernel.
+def _call(returns: Any, where: Any, arguments: tuple[Any, ...]) -> tuple[Any, Any]:
+    """Return the typing and lowering of a call by address, for an intrinsic."""
 
-    It returns ``returns``.
-    """
+    def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
+        convention = context.call_conv
+        function_type = convention.get_function_type(returns, arguments)
+        pointer = builder.inttoptr(values[0], function_type.as_pointer())
+        status, result = convention.call_function(builder, pointer, returns, arguments, values[1:])
+        with cgutils.if_unlikely(builder, status.is_error):
+            convention.return_status_propagate(builder, status)
+        return result
 
-    @intrinsic
-    def call(typing_context, where, arguments):  # noqa: ARG001
-        types = tuple(arguments.types)
-
-        def generate(context, builder, signature, values):
-            convention = context.call_conv
-            function_type = convention.get_function_type(returns, types)
-            pointer = builder.inttoptr(values[0], function_type.as_pointer())
-            unpacked = cgutils.unpack_tuple(builder, values[1], len(types))
-            status, result = convention.call_function(builder, pointer, returns, types, unpacked)
-            with cgutils.if_unlikely(builder, status.is_error):
-                convention.return_status_propagate(builder, status)
-            return result
-
-        return returns(where, arguments), generate
-
-    return call
+    return returns(where, *arguments), generate
 
 
-call_void = caller(numba.types.none)
-call_status = caller(numba.types.intp)
+# One intrinsic per number of arguments: a tuple of arguments would count references of every array
+# in it, hundreds of atomic operations a call.
+
+
+@intrinsic
+def call_residual(context, where, model, data, q, v, a, r):  # noqa: ARG001
+    """Call inverse_dynamics(model, data, q, v, a, r) by address."""
+    return _call(numba.types.none, where, (model, data, q, v, a, r))
+
+
+@intrinsic
+def call_tangent(context, where, model, data, alpha, system):  # noqa: ARG001
+    """Call tangent(model, data, alpha, system) by address."""
+    return _call(numba.types.none, where, (model, data, alpha, system))
+
+
+@intrinsic
+def call_stage(context, where, calls, model, data, work, cq, cv, tolerance, limit):  # noqa: ARG001
+    """Call solve_stage(calls, model, data, work, cq, cv, tolerance, limit) by address."""
+    arguments = (calls, model, data, work, cq, cv, tolerance, limit)
+    return _call(numba.types.intp, where, arguments)

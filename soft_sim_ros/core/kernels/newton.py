@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model import Data, Floats, Ints, Model
-from .jit import address, call_void, kernel
+from .jit import address, call_residual, call_tangent, kernel
 from .sweep import inverse_dynamics
 from .system import System, factor, new_system, solve
 from .tangent import tangent
@@ -78,10 +78,10 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
         for i in range(n):
             work.q[i] = work.start_q[i] + cq * work.a[i]
             work.v[i] = work.start_v[i] + cv * work.a[i]
-        call_void(calls[0], (model, data, work.q, work.v, work.a, work.residual))
+        call_residual(calls[0], model, data, work.q, work.v, work.a, work.residual)
         work.counters[EVALUATIONS] += 1
         if stale:
-            call_void(calls[1], (model, data, (cq, cv, 1.0), work.system))
+            call_tangent(calls[1], model, data, (cq, cv, 1.0), work.system)
             work.counters[FACTORISATIONS] += 1
             work.key[0], work.key[1] = cq, cv
             if not factor(model, work.system):
