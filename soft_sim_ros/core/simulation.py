@@ -39,6 +39,9 @@ REASONS = {
     1: "Newton's method does not converge, even with 1/4096 of the step",
     2: "the state is not finite",
     3: "the Newton matrix is singular",
+    4: "a rod bends or twists by more than half a turn within one segment (more elements or nodes "
+    "resolve it, if it is meant)",
+    5: "a rod is compressed to nothing",
 }
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..errors import StaticsFailed
 from .dynamics import Dynamics
+from .kernels.newton import CONVERGED, admissible
 from .model import Floats
 
 MIN_LOAD_STEP = 1e-6
@@ -99,7 +100,8 @@ def _newton(
         q[mask] -= step
         size = float(np.max(np.abs(step) * weight[mask]))
         if size <= tolerance:
-            return q, size
+            dynamics.residual(q, zero, zero, data)
+            return (q, size) if admissible(dynamics.model, data) == CONVERGED else (None, size)
         if iteration == 0:
             first = size
         # a first correction of many arm lengths, or growth, means the step along the load path was

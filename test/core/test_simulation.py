@@ -153,6 +153,38 @@ def test_an_impossible_step_ends_in_diverged_with_the_last_good_state():
     assert failure.value.time == simulation.time
 
 
+@pytest.mark.parametrize("moment", [1e3, 1e6, 1e12, 1e100, 1e300])
+@pytest.mark.parametrize("integrator", ["sdirk2", "generalized_alpha"])
+def test_a_moment_far_beyond_the_rod_is_refused_not_followed_into_nonsense(moment, integrator):
+    document = rod_document(
+        strains=ALL[:4], material={"viscosity": 300.0}, numerics={"integrator": integrator}
+    )
+    document["actuators"] = [{"moment": "m", "rod": "rod", "section": "s", "strain": "bend_y"}]
+    simulation = Simulation(scene_of(document))
+    simulation.set_efforts([moment])
+    with pytest.raises(Diverged):
+        simulation.advance(2000)
+    assert np.isfinite(simulation.q).all() and np.isfinite(simulation.v).all()
+    # what is left is the last good state: bent by less than half a turn per segment
+    assert np.abs(simulation.ports()[0]).max() < np.pi * len(simulation.model.half)
+
+
+def test_a_refused_step_leaves_every_bit_as_it_was():
+    document = rod_document(strains=ALL[:4])
+    document["actuators"] = [{"tendon": "t", "rod": "rod", "offset": [0.01, 0.0]}]
+    simulation = Simulation(scene_of(document))
+    simulation.set_efforts([3.0])
+    simulation.advance(50)
+    simulation.set_efforts([1e9])
+    with pytest.raises(Diverged):
+        simulation.advance(1000)
+    state, ledger = simulation.q.tobytes() + simulation.v.tobytes(), simulation.ledger()
+    with pytest.raises(Diverged):
+        simulation.advance(1)
+    assert simulation.q.tobytes() + simulation.v.tobytes() == state
+    np.testing.assert_array_equal(simulation.ledger(), ledger)
+
+
 def test_options_without_effect_are_refused():
     document = rod_document(numerics={"options": {"rho": 0.5}})
     with pytest.raises(SceneError, match="rho"):

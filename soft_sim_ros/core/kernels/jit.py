@@ -40,15 +40,16 @@ def cache_directory() -> Path:
 
 
 _CACHE = str(cache_directory())
-_compile: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_intrinsic: Any = intrinsic
+_compile: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 
 def kernel(function: F) -> F:
-    """Compile ``function`` without the GIL, cached; products may fuse with sums.
+    """Compile ``function`` without the GIL, cached, in strict IEEE arithmetic.
 
-    ``contract`` lets the processor fuse a multiplication with an addition. The result is the same
-    bits in every
-    run on one machine and version, which is what re-simulation relies on.
+    Strict, because a kernel is compiled anew wherever it is inlined and any copy may be the one
+    that runs: only without fused or reordered operations do all copies give the same bits, which
+    is what re-simulation relies on. It costs nothing that can be measured.
     """
     before = numba_config.CACHE_DIR
     numba_config.CACHE_DIR = _CACHE
@@ -61,8 +62,8 @@ def kernel(function: F) -> F:
 def address(function: Any, *arguments: Any) -> int:
     """Return the address of a kernel compiled for the types of ``arguments``.
 
-    Together with the callers below this keeps large kernels in compilation units of their own: numba would
-    otherwise optimise the whole tree below a kernel anew in each of its callers.
+    Together with the callers below this keeps large kernels in compilation units of their own:
+    numba would otherwise optimise the whole tree below a kernel anew in each of its callers.
     """
     signature = tuple(numba.typeof(argument) for argument in arguments)
     if signature not in function.overloads:
@@ -74,7 +75,7 @@ def address(function: Any, *arguments: Any) -> int:
 def _call(returns: Any, where: Any, arguments: tuple[Any, ...]) -> tuple[Any, Any]:
     """Return the typing and lowering of a call by address, for an intrinsic."""
 
-    def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
+    def generate(context, builder, signature, values):
         convention = context.call_conv
         function_type = convention.get_function_type(returns, arguments)
         pointer = builder.inttoptr(values[0], function_type.as_pointer())
@@ -90,19 +91,19 @@ def _call(returns: Any, where: Any, arguments: tuple[Any, ...]) -> tuple[Any, An
 # in it, hundreds of atomic operations a call.
 
 
-@intrinsic
+@_intrinsic
 def call_residual(context, where, model, data, q, v, a, r):  # noqa: ARG001
     """Call inverse_dynamics(model, data, q, v, a, r) by address."""
     return _call(numba.types.none, where, (model, data, q, v, a, r))
 
 
-@intrinsic
+@_intrinsic
 def call_tangent(context, where, model, data, alpha, system):  # noqa: ARG001
     """Call tangent(model, data, alpha, system) by address."""
     return _call(numba.types.none, where, (model, data, alpha, system))
 
 
-@intrinsic
+@_intrinsic
 def call_stage(context, where, calls, model, data, work, cq, cv, tolerance, limit):  # noqa: ARG001
     """Call solve_stage(calls, model, data, work, cq, cv, tolerance, limit) by address."""
     arguments = (calls, model, data, work, cq, cv, tolerance, limit)

@@ -11,7 +11,7 @@ from .sweep import inverse_dynamics
 from .system import System, factor, new_system, solve
 from .tangent import tangent
 
-CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR = 0, 1, 2, 3
+CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR, UNRESOLVED, INVERTED = 0, 1, 2, 3, 4, 5
 # A contraction slower than this is worth new factors.
 SLOW = 0.2
 # counters
@@ -63,6 +63,24 @@ def new_work(model: Model, stages: int) -> Work:
 
 
 @kernel
+def admissible(model, data):
+    """Return CONVERGED if the rods of the last sweep are rods still, else what is wrong with them.
+
+    Beyond half a turn within one segment the Magnus step means nothing, and at a stretch of zero
+    the rod is crushed: equilibria and motions there solve the equations, but no physics.
+    """
+    for k in range(len(model.half)):
+        if model.kappa[k] == 0.0:
+            continue
+        wx, wy, wz = data.omega[k, 0, 0], data.omega[k, 0, 1], data.omega[k, 0, 2]
+        if not wx * wx + wy * wy + wz * wz < math.pi**2:
+            return UNRESOLVED
+        if not (data.xi[k, 0, 0, 3] > 0.0 and data.xi[k, 1, 0, 3] > 0.0):
+            return INVERTED
+    return CONVERGED
+
+
+@kernel
 def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
     """Find work.a with r(q, v, a) = 0 at q = start_q + cq a, v = start_v + cv a.
 
@@ -93,7 +111,9 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
         size = 0.0
         for i in range(n):
             work.a[i] -= work.residual[i]
-            size = max(size, abs(work.residual[i]) * model.weight[i])
+            change = abs(work.residual[i]) * model.weight[i]
+            if not change <= size:  # so that NaN gets through
+                size = change
         size *= cv
         work.counters[ITERATIONS] += 1
         work.measure[0] = size
@@ -107,7 +127,7 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
             for i in range(n):
                 work.q[i] = work.start_q[i] + cq * work.a[i]
                 work.v[i] = work.start_v[i] + cv * work.a[i]
-            return CONVERGED
+            return admissible(model, data)
         if iteration > 0 and rate > SLOW:
             if refreshed >= 0 and iteration > refreshed + 2 and rate > 2.0:
                 break  # exact factors, and still moving away
