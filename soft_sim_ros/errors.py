@@ -84,16 +84,17 @@ class StaticsFailed(SolverError):
     load_factor : largest fraction of the load, in [0, 1], with an equilibrium found
     residual : measure of convergence of the last attempt beyond it
     time : simulation time in s of the loads in question
+    why : what is known beyond that
     """
 
-    def __init__(self, load_factor: float, residual: float, time: float = 0.0) -> None:
-        super().__init__(
-            time,
-            f"no equilibrium found beyond {load_factor:.6g} of the load "
-            f"(residual {residual:.3g} of the last attempt)",
-        )
-        self.args = (load_factor, residual, time)
-        self.load_factor, self.residual = load_factor, residual
+    def __init__(
+        self, load_factor: float, residual: float, time: float = 0.0, why: str = ""
+    ) -> None:
+        text = f"no equilibrium found beyond {load_factor:.6g} of the load"
+        known = why or f"residual {residual:.3g} of the last attempt"
+        super().__init__(time, f"{text} ({known})")
+        self.args = (load_factor, residual, time, why)
+        self.load_factor, self.residual, self.why = load_factor, residual, why
 
 
 class RecordingError(SoftSimError):

@@ -57,6 +57,14 @@ class Element:
     columns: list[tuple[int, int, int]]  # component, first coordinate, count
     first_segment: int
 
+    @property
+    def nodes(self) -> int:
+        """Gauss–Lobatto nodes along the element."""
+        begin, end = self.span
+        curvature = self.section.strain0(self.normalised(np.linspace(begin, end, 21)))[:, :3]
+        turn = float(np.linalg.norm(curvature, axis=1).max()) * (end - begin)
+        return self.basis.nodes or default_nodes(self.basis, turn)
+
     def values(self, component_columns: tuple[int, int, int], s: Floats) -> Floats:
         """Return basis values (len(s), count) of one strain at arc lengths s of the rod."""
         component, _, _ = component_columns
@@ -230,7 +238,7 @@ class Chain:
         self.names += labels
         for element in elements:
             element.first_segment = self.node
-            nodes, weights = lobatto(basis.nodes or default_nodes(basis))
+            nodes, weights = lobatto(element.nodes)
             begin, end = element.span
             s = begin + (end - begin) * nodes
             s[-1] = end
@@ -251,9 +259,13 @@ def _merge(marks: list[float], tolerance: float) -> list[float]:
     return kept
 
 
-def default_nodes(basis: Basis) -> int:
-    """Return enough Gauss–Lobatto nodes that quadrature does not limit the basis."""
-    return max(basis.order.values(), default=0) + 3
+def default_nodes(basis: Basis, turn: float = 0.0) -> int:
+    """Return Gauss–Lobatto nodes for an element whose reference shape turns by ``turn`` rad.
+
+    Enough that segments, not more, limit the basis for strains of up to half a turn per element
+    (docs/theory.md has the measured errors), and at least three segments per radian of reference.
+    """
+    return max(max(basis.order.values(), default=0) + 5, 1 + math.ceil(3.0 * turn))
 
 
 def block_matrices(elements: list[Element], count: int) -> tuple[Floats, Floats]:

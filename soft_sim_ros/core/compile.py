@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import SceneError
 from ..scene import (
     DistributedLoad,
     Joint,
@@ -22,7 +23,7 @@ from ..scene import (
 )
 from ..scene.strains import STRAINS
 from . import se3
-from .chain import ANGULAR, GAUSS2, Chain, Element, RodMap, Segment, default_nodes
+from .chain import ANGULAR, GAUSS2, Chain, Element, RodMap, Segment
 from .model import Floats, Loads, Model, Samples
 from .quadrature import gauss, lobatto
 
@@ -73,11 +74,31 @@ def build_chain(scene: Scene) -> Chain:
     for body in scene.bodies:
         if isinstance(body, Rod):
             chain.rod(body, scene.numerics.rods[body.name], cuts[body.name])
+            _check_nodes(scene, chain, body)
         elif isinstance(body, Joint):
             chain.joint(body)
         elif isinstance(body, RigidBody):
             chain.rigid_body(body)
     return chain
+
+
+def _check_nodes(scene: Scene, chain: Chain, rod: Rod) -> None:
+    """Refuse too few nodes: strains without inertia, or a reference shape that is not resolved."""
+    basis = scene.numerics.rods[rod.name]
+    if basis.nodes is None:
+        return
+    key = f"numerics.rods.{rod.name}.nodes"
+    least = max(basis.order.values(), default=0) + 2
+    if basis.kind not in ("constant", "linear") and basis.nodes < least:
+        expected = f"at least {least}, the order of the basis and two more"
+        raise SceneError(scene.file, key, basis.nodes, expected)
+    for _, segment in _rod_segments(chain, chain.rods[rod.name]):
+        turn = 2.0 * segment.half * float(np.linalg.norm(segment.xi0[:, :3], axis=1).max())
+        if turn >= np.pi:
+            expected = (
+                f"more nodes or elements: the reference shape turns by {turn:.3g} rad in a segment"
+            )
+            raise SceneError(scene.file, key, basis.nodes, expected)
 
 
 def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
@@ -236,7 +257,7 @@ def _lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
             nodes.append(node)
             wrenches.append(wrench)
         elif isinstance(load, DistributedLoad):
-            for node, share in _shares(scene, chain, load):
+            for node, share in _shares(chain, load):
                 nodes.append(node)
                 wrenches.append(share * wrench)
         ptr.append(len(nodes))
@@ -253,16 +274,15 @@ def _lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
     )
 
 
-def _shares(scene: Scene, chain: Chain, load: DistributedLoad) -> list[tuple[int, float]]:
+def _shares(chain: Chain, load: DistributedLoad) -> list[tuple[int, float]]:
     """Return (node, length in m) of a load per length.
 
     Gauss–Lobatto weights of the elements it covers.
     """
-    basis = scene.numerics.rods[load.body]
-    _, weights = lobatto(basis.nodes or default_nodes(basis))
     shares = []
     for element in chain.rods[load.body].elements:
         begin, end = element.span
+        _, weights = lobatto(element.nodes)
         if load.start < 0.5 * (begin + end) < load.end:
             for i, weight in enumerate(weights):
                 shares.append((element.first_segment + i, (end - begin) * weight))
@@ -275,6 +295,8 @@ def sample_frames(compiled: Compiled, s: Floats) -> Samples:
     nodes, steps = [], []
     for value in s:
         node, segment = _locate(chain, float(value))
+        if value == s[-1] and value >= compiled.length * (1.0 - 1e-12):
+            node, segment = chain.node, Segment(0.5, 0.0, np.zeros((2, 6)))  # the tip, tools too
         nodes.append(node)
         steps.append(segment)
     entries = _flat_entries(steps)

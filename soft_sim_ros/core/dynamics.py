@@ -54,13 +54,20 @@ class Dynamics:
         tip: Floats | None = None,
         tip_follows: bool = False,
     ) -> Data:
-        """Return scratch with gravity, loads, tip wrench (6,) in the base frame and efforts set."""
+        """Return scratch with gravity, loads, efforts and a tip wrench (6,) set.
+
+        The wrench is along world axes, or (``tip_follows``) along those of the tip.
+        """
+        if tip is None:
+            tip = self._no_tip
+        elif not tip_follows:
+            tip = self.to_base(np.asarray(tip, dtype=np.float64))
         data = self._data
         data.gravity[:] = share * self.compiled.gravity
         data.effort[:] = 0.0 if efforts is None else share * np.asarray(efforts)
         apply_loads(
             self.compiled.loads,
-            self._no_tip if tip is None else tip,
+            tip,
             tip_follows,
             time,
             share,
@@ -94,10 +101,13 @@ class Dynamics:
         self.residual(q, v, a, self.forcing(efforts, time))
 
         unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-        return self.tangent(unit[0]), self.tangent(unit[1]), self.tangent(unit[2])
+        return self.last_tangent(unit[0]), self.last_tangent(unit[1]), self.last_tangent(unit[2])
 
-    def tangent(self, alpha: tuple[float, float, float]) -> Floats:
-        """Return α₀ ∂r/∂q + α₁ ∂r/∂q̇ + α₂ ∂r/∂q̈ at the state of the last residual."""
+    def last_tangent(self, alpha: tuple[float, float, float]) -> Floats:
+        """Return α₀ ∂r/∂q + α₁ ∂r/∂q̇ + α₂ ∂r/∂q̈ at the last ``residual``.
+
+        Any other call in between may move that state: ``tangents`` is safe.
+        """
         matrix = np.zeros((self.n, self.n))
         tangent(self.model, self._data, tuple(float(x) for x in alpha), self._system)
         dense(self.model, self._system, matrix)
@@ -107,7 +117,7 @@ class Dynamics:
         """Return M(q) (n, n) of C (1.32)."""
         data = self.forcing()
         self.residual(q, self._zero, self._zero, data)
-        matrix = self.tangent((0.0, 0.0, 1.0))
+        matrix = self.last_tangent((0.0, 0.0, 1.0))
         return 0.5 * (matrix + matrix.T)
 
     def elastic_force(self, q: Floats) -> Floats:

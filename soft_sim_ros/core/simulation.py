@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..errors import Diverged
+from ..errors import Diverged, SceneError, StaticsFailed
 from ..scene import Scene
 from .chain import Element
 from .compile import sample_frames
@@ -17,6 +18,7 @@ from .kernels.newton import (
     EVALUATIONS,
     FACTORISATIONS,
     ITERATIONS,
+    REASONS,
     REFUSED,
     STEPS,
     addresses,
@@ -35,14 +37,8 @@ LEDGER = (
     "dissipated",
     "residual",
 )
-REASONS = {
-    1: "Newton's method does not converge, even with 1/4096 of the step",
-    2: "the state is not finite",
-    3: "the Newton matrix is singular",
-    4: "a rod bends or twists by more than half a turn within one segment (more elements or nodes "
-    "resolve it, if it is meant)",
-    5: "a rod is compressed to nothing",
-}
+# Beyond this many coordinates the mass matrix is not looked at as a whole.
+MASS_CHECKED = 600
 
 
 class Statistics(NamedTuple):
@@ -100,6 +96,7 @@ class Simulation:
         self._data = self.dynamics.forcing(self._efforts)
         self._calls = addresses(self.model, self._data, self._work)
         self._start = self._initial_state()
+        self._check_mass(self._start[0])
         self.reset()
 
     @property
@@ -110,7 +107,7 @@ class Simulation:
     @property
     def time(self) -> float:
         """Simulation time in s."""
-        return self.time_ns * 1e-9
+        return self.time_ns / 1e9
 
     def _initial_state(self) -> tuple[Floats, Floats]:
         """Return q, v of the scene's initial state."""
@@ -128,8 +125,26 @@ class Simulation:
                     self._impose(element, offset, q)
         if initial.state == "equilibrium":
             # joints with a given position hold it: what is asked for is the shape around them
-            q = equilibrium(self.dynamics, q, efforts=self._efforts, free=~given)
+            try:
+                q = equilibrium(self.dynamics, q, efforts=self._efforts, free=~given)
+            except StaticsFailed as failure:
+                raise self._explained(failure, given) from None
         return q, v
+
+    def _explained(self, failure: StaticsFailed, given: NDArray[np.bool_]) -> StaticsFailed:
+        """Return the failure with the joints that nothing holds, or what else may be done."""
+        diagonal = np.diag(self.dynamics.stiffness_matrix())
+        loose = [
+            name
+            for name, column in self.compiled.chain.joints.items()
+            if diagonal[column] == 0.0 and not given[column]
+        ]
+        advice = "start from initial.state: reference and let it fall"
+        if loose:
+            keys = ", ".join(f"initial.positions.{name}" for name in loose)
+            advice = f"joints without stiffness can be held by {keys}"
+        why = f"{failure.why}; {advice}" if failure.why else advice
+        return StaticsFailed(failure.load_factor, failure.residual, failure.time, why)
 
     @staticmethod
     def _impose(element: Element, offset: Floats, q: Floats) -> None:
@@ -142,6 +157,19 @@ class Simulation:
             used = np.any(phi != 0.0, axis=0)
             q[first : first + count][used] = solution[used]
 
+    def _check_mass(self, q: Floats) -> None:
+        """Refuse coordinates that move no mass: their motion has no equation."""
+        if not 0 < self.n_coordinates <= MASS_CHECKED:
+            return
+        scale = 1.0 / self.model.weight
+        values, shapes = np.linalg.eigh(self.dynamics.mass_matrix(q) * np.outer(scale, scale))
+        if not values[0] > 1e-15 * values[-1]:
+            worst = self.coordinate_names[int(np.argmax(np.abs(shapes[:, 0])))]
+            expected = (
+                f"a mass that its coordinate {worst!r} moves (more nodes, or a body after it)"
+            )
+            raise SceneError(self.scene.file, "bodies", self.scene.name, expected)
+
     def reset(self) -> None:
         """Go back to the initial state, with safe efforts and no wrench at the tip.
 
@@ -151,6 +179,10 @@ class Simulation:
         self._efforts[:] = [actuator.safe for actuator in self.scene.actuators]
         self._tip[:] = 0.0
         self._tip_follows = False
+        self._forget()
+
+    def _forget(self) -> None:
+        """Start the solver's memory and the ledger anew from the present state."""
         self._work.a[:] = 0.0
         self._work.key[:] = -1.0
         self._work.restart[0] = 1
@@ -158,6 +190,15 @@ class Simulation:
         self._actuator_work = 0.0
         self._settled = self.dynamics.ports(self._q, self._v)[0]
         self._reference = sum(self.dynamics.energies(self._q, self._v))
+
+    def set_state(self, q: Floats, v: Floats) -> None:
+        """Set coordinates and rates (n,); the ledger counts from this state on."""
+        for name, value in (("q", q), ("v", v)):
+            array = np.asarray(value, dtype=np.float64)
+            if array.shape != self._q.shape or not np.isfinite(array).all():
+                raise ValueError(f"{name} must be {self._q.shape} finite numbers, not {value!r}")
+        self._q[:], self._v[:] = q, v
+        self._forget()
 
     def set_efforts(self, efforts: Floats) -> None:
         """Hold efforts (A,) in scene order, in N·m or N, from now on."""
@@ -255,7 +296,10 @@ class Simulation:
         return Statistics(*(int(c[i]) for i in picks))
 
     def sampler(self, poses: int) -> Sampler:
-        """Return a sampler of ``poses`` frames, equally spaced in arc length from base to tip."""
+        """Return a sampler of ``poses`` frames, equally spaced in arc length from base to tip.
+
+        The last one is the frame at the end of the chain, beyond joints and bodies after the rods.
+        """
         return Sampler(self, np.linspace(0.0, self.length, poses))
 
 

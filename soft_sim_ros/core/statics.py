@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import eig
 
 from ..errors import StaticsFailed
 from .dynamics import Dynamics
-from .kernels.newton import CONVERGED, admissible
+from .kernels.newton import CONVERGED, REASONS, admissible
 from .model import Floats
 
 MIN_LOAD_STEP = 1e-6
+WATCHED = 1500
 
 
 def equilibrium(
@@ -23,6 +25,7 @@ def equilibrium(
     tolerance: float = 1e-12,
     iterations: int = 25,
     free: Floats | None = None,
+    stable: bool = True,
 ) -> Floats:
     """Return q (n,) with r(q, 0, 0) = 0.
 
@@ -37,6 +40,8 @@ def equilibrium(
     iterations : Newton steps allowed for one load step
     free : (n,) bool, coordinates to be found; the others keep their start value
 
+    stable : whether only stable equilibria will do
+
     Raises
     ------
     StaticsFailed
@@ -45,8 +50,9 @@ def equilibrium(
     Notes
     -----
     Weight, loads and efforts grow together from zero to their full size along the path of
-    equilibria that starts
-    at q, so of several equilibria the one on the load path is found. A limit point ends it.
+    equilibria that starts at q, so of several equilibria the one on the load path is found. A limit
+    point ends it, and so does (``stable``) the loss of static stability, as in buckling: it is
+    looked for after every load step, up to WATCHED coordinates.
     """
     n = dynamics.n
     state = np.zeros(n) if q is None else np.array(q, dtype=np.float64)
@@ -60,18 +66,41 @@ def equilibrium(
         guess = state.copy()
         if previous is not None and reached > previous[0]:
             guess += (share - reached) / (reached - previous[0]) * (state - previous[1])
-        found, size = _newton(
+        found, size, why = _newton(
             dynamics, guess, mask, (efforts, time, share, tip, tip_follows), tolerance, iterations
         )
+        if found is not None and stable and not _is_stable(dynamics, mask):
+            found, why = None, "it loses stability there: the arm buckles or tips over"
         if found is None:
             step *= 0.25
             if step < MIN_LOAD_STEP:
-                raise StaticsFailed(reached, size, time)
+                raise StaticsFailed(reached, size, time, why)
             continue
         previous = (reached, state)
         reached, state = share, found
         step *= 2.0
     return state
+
+
+def _is_stable(dynamics: Dynamics, mask: np.ndarray) -> bool:
+    """Return whether no motion leaves the equilibrium of the last residual without swinging.
+
+    That is, whether K x = λ M x has no real negative λ. K of follower loads is not symmetric; then
+    some λ may be complex, which is flutter or its damped form, a matter of dynamics.
+    """
+    if np.count_nonzero(mask) > WATCHED:
+        return True
+    scale = 1.0 / dynamics.model.weight[mask]
+    stiffness, mass = (
+        dynamics.last_tangent(alpha)[np.ix_(mask, mask)] * np.outer(scale, scale)
+        for alpha in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    )
+    size = np.abs(stiffness).max()
+    if np.abs(stiffness - stiffness.T).max() < 1e-9 * size:
+        return bool(np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))[0] >= -1e-10 * size)
+    values = eig(stiffness, mass, right=False)
+    real = np.abs(values.imag) <= 1e-6 * np.abs(values)
+    return not np.any(values.real[real] < -1e-10 * np.abs(values).max())
 
 
 def _newton(
@@ -81,8 +110,8 @@ def _newton(
     forcing: tuple,
     tolerance: float,
     iterations: int,
-) -> tuple[Floats | None, float]:
-    """Return (equilibrium or None, last correction in arm lengths)."""
+) -> tuple[Floats | None, float, str]:
+    """Return (equilibrium or None, last correction in arm lengths, what went wrong)."""
     zero = np.zeros(len(q))
     weight = dynamics.model.weight
     size, first = np.inf, np.inf
@@ -90,22 +119,22 @@ def _newton(
     for iteration in range(iterations):
         data = dynamics.forcing(*forcing)
         residual = dynamics.residual(q, zero, zero, data)
-        matrix = dynamics.tangent((1.0, 0.0, 0.0))
+        matrix = dynamics.last_tangent((1.0, 0.0, 0.0))
         if not (np.isfinite(residual).all() and np.isfinite(matrix).all()):
-            return None, np.inf
+            return None, np.inf, "it is not finite"
         try:
             step = np.linalg.solve(matrix[np.ix_(mask, mask)], residual[mask])
         except np.linalg.LinAlgError:
-            return None, np.inf
+            return None, np.inf, "nothing holds the arm there: its stiffness is singular"
         q[mask] -= step
         size = float(np.max(np.abs(step) * weight[mask]))
         if size <= tolerance:
             dynamics.residual(q, zero, zero, data)
-            return (q, size) if admissible(dynamics.model, data) == CONVERGED else (None, size)
+            status = admissible(dynamics.model, data)
+            return (q, size, "") if status == CONVERGED else (None, size, REASONS[status])
         if iteration == 0:
             first = size
-        # a first correction of many arm lengths, or growth, means the step along the load path was
-        # too long
+        # a first correction of many arm lengths, or growth: the step along the path was too long
         if not np.isfinite(size) or size > 4.0 * max(first, 0.1) or first > 3.0:
-            return None, size
-    return None, size
+            return None, size, ""
+    return None, size, ""

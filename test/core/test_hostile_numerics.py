@@ -1,4 +1,4 @@
-"""What must not matter does not: units, cuts, refused steps, slivers of steps, spelling of loads."""
+"""What must not matter does not: units, cuts, refused steps, slivers of steps, load spelling."""
 
 import numpy as np
 import pytest

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from scenes import SOFT, scene_of
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from scenes import SOFT, scene_of
 from soft_sim_ros.core.simulation import Simulation
 
 GRAVITY = np.array([0.7, -1.3, -9.0])

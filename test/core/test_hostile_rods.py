@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from cosserat_bvp import solve_rod
+from scenes import ALL, SOFT, rod, rod_document, scene_of
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from scipy.optimize import fsolve
 
-from cosserat_bvp import solve_rod
-from scenes import ALL, SOFT, rod, rod_document, scene_of
 from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.modes import modes
 from soft_sim_ros.core.simulation import Simulation

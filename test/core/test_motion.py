@@ -164,10 +164,17 @@ def test_integrator_has_its_order(reference, integrator, order, steps, options):
 def test_energy_residual_falls_with_the_order_of_the_method(integrator, order, largest):
     # light damping: in a stiff transient every method of this kind falls back to its stage order
     steps = largest * np.array([1.0, 0.5, 0.25])
-    residuals = [abs(swing(h, integrator, viscosity=20.0).ledger()[-1]) for h in steps]
+    residuals = []
+    for h in steps:
+        simulation = swing(h, integrator, duration=0.0, viscosity=20.0)
+        worst = 0.0
+        for _ in range(10):  # the largest of ten, so that no zero of the error is hit by chance
+            simulation.advance(round(0.032 / h))
+            worst = max(worst, abs(simulation.ledger()[-1]))
+        residuals.append(worst)
     slope = np.polyfit(np.log(steps), np.log(residuals), 1)[0]
     assert slope > order - 0.4, residuals
-    assert residuals[-1] < 1e-3 * swing(0.002, integrator).ledger()[0]
+    assert residuals[-1] < 1e-3 * simulation.ledger()[0]
 
 
 def test_conservative_method_keeps_the_energy_of_undamped_motion():

@@ -159,3 +159,44 @@ def test_a_load_path_that_ends_says_how_far_it_got():
     with pytest.raises(StaticsFailed) as failure:
         equilibrium(dynamics, efforts=np.array([crushing]))
     assert 0.2 < failure.value.load_factor < 0.4
+
+
+def buckling_column(side):
+    """Return a column under 3 EI/L² (beyond Euler's π²/4) with a small force to one side."""
+    dynamics = rod(strains=["bend_y", "bend_z"], order=4, nodes=20)
+    load = np.zeros(6)
+    load[3], load[5] = -3.0 * EI / LENGTH**2, side * EI / LENGTH**2
+    return dynamics, load
+
+
+@pytest.mark.parametrize("side", [0.01, -0.01, 0.1])
+def test_a_column_buckles_to_the_side_it_is_pushed_to(side):
+    dynamics, load = buckling_column(side)
+    q = equilibrium(dynamics, tip=load)
+    assert tip(dynamics, q)[2, 3] * side > 0.1 * abs(side)
+    zero = np.zeros(dynamics.n)
+    dynamics.residual(q, zero, zero, dynamics.forcing(tip=load))
+    stiffness = dynamics.last_tangent((1.0, 0.0, 0.0))
+    assert np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T)).min() > 0.0
+
+
+def test_a_perfect_column_buckles_at_eulers_load_and_says_so():
+    dynamics, load = buckling_column(0.0)
+    with pytest.raises(StaticsFailed, match="buckles") as failure:
+        equilibrium(dynamics, tip=load)
+    euler = np.pi**2 / 4 / 3.0
+    assert failure.value.load_factor == pytest.approx(euler, abs=1e-3)
+    # asked for, the unstable straight column is an equilibrium, too
+    straight = equilibrium(dynamics, tip=load, stable=False)
+    assert np.abs(straight).max() < 1e-9
+
+
+def test_a_dead_tip_wrench_is_along_world_axes_whatever_the_base():
+    document = rod_document(
+        strains=["bend_y", "bend_z"], base={"position": [0, 0, 1], "rpy": [0, -np.pi / 2, 0]}
+    )
+    dynamics = Dynamics(scene_of(document))  # the rod points up
+    q = equilibrium(dynamics, tip=np.array([0, 0, 0, 0.5, 0, 0]))
+    assert tip(dynamics, q)[0, 3] > 0.01
+    pulled = equilibrium(dynamics, tip=np.array([0, 0, 0, 0, 0, 5.0]))
+    np.testing.assert_allclose(tip(dynamics, pulled)[:3, 3], [0, 0, 1 + LENGTH], atol=1e-9)

@@ -5,20 +5,46 @@ Load switches hit exactly, failed steps retried smaller, nothing accepted by hop
 
 from .alpha import alpha_step
 from .dirk import dirk_step
+from .forcing import slack
 from .jit import kernel
-from .newton import CONVERGED, REFUSED
+from .newton import CONVERGED, REFUSED, TOO_FAR
 
-# A step is cut in half at most this many times before it is refused for good.
+# A step is cut in half at most this many times, into at most this many pieces, before it is
+# refused for good: nobody waits for ever.
 HALVINGS = 12
+PIECES = 300
+# No piece of a step may move the tip further than this, in arm lengths (or a hinge, in radians):
+# Newton's method then has gone to another solution, or the step is far too long for the motion.
+REACH = 1.0
 
 
 @kernel
 def next_switch(loads, t, h):
-    """Return the time from t to the first load switch strictly inside (t, t + h), else h."""
+    """Return the time from t to the first load switch inside (t, t + h), else h; ends excluded."""
+    near = slack(t, h)
     for s in loads.switches:
-        if s > t + 1e-9 * h and s < t + h * (1.0 - 1e-9):
+        if near < s - t < h - near:
             return s - t
     return h
+
+
+@kernel
+def switches_at(loads, t, h):
+    """Return whether a load switches at t, where a step of h ends."""
+    near = slack(t, h)
+    for s in loads.switches:
+        if abs(s - t) <= near:
+            return True
+    return False
+
+
+@kernel
+def too_far(model, work, q):
+    """Return whether q is further from where the piece of the step began than REACH."""
+    for i in range(len(q)):
+        if not abs(q[i] - work.before[0, i]) * model.weight[i] <= REACH:
+            return True
+    return False
 
 
 @kernel
@@ -35,9 +61,13 @@ def safe_step(
     for i in range(n):
         work.saved[0, i], work.saved[1, i], work.saved[2, i] = q[i], v[i], work.a[i]
     saved = (ledger[0], ledger[1])
-    done, size, halvings = 0.0, h, 0
+    done, size, halvings, pieces = 0.0, h, 0, 0
     while done < h * (1.0 - 1e-9):
+        pieces += 1
         here = t + done
+        for i in range(n):
+            work.before[0, i], work.before[1, i] = q[i], v[i]
+        booked = (ledger[0], ledger[1])
         until = next_switch(loads, here, h - done)
         step = min(size, until)
         if h - done - step < 1e-9 * h:
@@ -78,9 +108,14 @@ def safe_step(
                 v,
                 ledger,
             )
+        if status == CONVERGED and too_far(model, work, q):
+            status = TOO_FAR
+            for i in range(n):
+                q[i], v[i] = work.before[0, i], work.before[1, i]
+            ledger[0], ledger[1] = booked
         if status == CONVERGED:
             done += step
-            if step == until and done < h * (1.0 - 1e-9):
+            if switches_at(loads, t + done, h):
                 work.restart[0] = 1
             if size < h:
                 size *= 2.0
@@ -92,7 +127,7 @@ def safe_step(
         for i in range(n):
             work.a[i] = 0.0
         work.restart[0] = 1
-        if halvings > HALVINGS:
+        if halvings > HALVINGS or pieces > PIECES:
             for i in range(n):
                 q[i], v[i], work.a[i] = work.saved[0, i], work.saved[1, i], work.saved[2, i]
             ledger[0], ledger[1] = saved

@@ -14,12 +14,19 @@ def schedule_factor(start, end, ramp, t):
 
 
 @kernel
+def slack(t, h):
+    """Return the difference in s below which two times are one: round-off of t, or h / 10⁹."""
+    return 1e-9 * h + 1e-15 * abs(t)
+
+
+@kernel
 def inside(t, h, c):
     """Return t + c h, kept off the ends of the step.
 
     A load that jumps there belongs to one side only.
     """
-    return t + h * min(max(c, 1e-9), 1.0 - 1e-9)
+    near = 2.0 * slack(t, h)
+    return min(max(t + h * c, t + near), t + h - near)
 
 
 @kernel

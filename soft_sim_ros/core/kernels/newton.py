@@ -11,7 +11,17 @@ from .sweep import inverse_dynamics
 from .system import System, factor, new_system, solve
 from .tangent import tangent
 
-CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR, UNRESOLVED, INVERTED = 0, 1, 2, 3, 4, 5
+CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR, UNRESOLVED, INVERTED, TOO_FAR = 0, 1, 2, 3, 4, 5, 6
+# In words, for errors.
+REASONS = {
+    1: "Newton's method does not converge, even with 1/4096 of the step",
+    2: "the state is not finite",
+    3: "the Newton matrix is singular",
+    4: "a rod bends or twists by more than half a turn within one segment (more elements or nodes "
+    "resolve it, if it is meant)",
+    5: "a rod is compressed to nothing",
+    6: "the tip moves by more than an arm length (or a hinge by a radian) in a fraction of a step",
+}
 # A contraction slower than this is worth new factors.
 SLOW = 0.2
 # counters
@@ -32,9 +42,11 @@ class Work(NamedTuple):
     stage_a: Floats  # (s, n)
     a: Floats  # (n,) acceleration, carried from step to step as a predictor
     memory: Floats  # (2, n) accelerations a method remembers, to predict the next
-    last: Floats  # (1,) size in s of the step they are from
+    # (1,) size in s of the step they are from; generalised-α: power in W of loads at its end
+    last: Floats
     restart: Ints  # (1,) 1: the memory is void, because an input jumped
     saved: Floats  # (3, n) q, v, a at the start of the step
+    before: Floats  # (2, n) q, v at the start of the piece of the step at hand
     counters: Ints  # (5,)
     measure: Floats  # (2,) last Newton measure, largest residual of the last step
 
@@ -57,6 +69,7 @@ def new_work(model: Model, stages: int) -> Work:
         last=np.ones(1),
         restart=np.ones(1, dtype=np.int64),
         saved=np.zeros((3, n)),
+        before=np.zeros((2, n)),
         counters=np.zeros(5, dtype=np.int64),
         measure=np.zeros(2),
     )
@@ -121,8 +134,12 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
             work.key[0] = -1.0
             return NOT_FINITE
         # what is left after this correction, if it goes on contracting like this
-        rate = size / before if iteration > 0 and before > 0.0 else 1.0
-        left = size * rate / (1.0 - rate) if rate < 0.5 else size
+        if iteration == 0:
+            left = size
+            rate = 0.0
+        else:
+            rate = size / before if before > 0.0 else 0.0
+            left = size * rate / (1.0 - rate) if rate < 1.0 else math.inf
         if left <= tolerance:
             for i in range(n):
                 work.q[i] = work.start_q[i] + cq * work.a[i]
