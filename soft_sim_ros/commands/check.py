@@ -82,20 +82,9 @@ def numbers(simulation: Simulation) -> Iterator[str]:
     yield f"frequencies       {', '.join(f'{f:.4g}' for f in hertz)} Hz (at the {state})"
     if (hertz < 0.0).any():
         yield "                  negative: no stable rest here"
-    yield f"memory            {_size(memory(simulation))} for model, state and solver"
+    yield f"memory            {_size(simulation.nbytes)} for model, state and solver"
     yield f"step              {numerics.step:g} s, {numerics.integrator}"
     yield f"recommended step  {recommended_step(dynamics, simulation.q):g} s"
-
-
-def memory(simulation: Simulation) -> int:
-    """Bytes in arrays of the model, its scratch and the solver."""
-    return sum(map(_bytes, (simulation.model, simulation._data, simulation._work)))
-
-
-def _bytes(value: object) -> int:
-    if isinstance(value, np.ndarray):
-        return value.nbytes
-    return sum(map(_bytes, value)) if isinstance(value, tuple) else 0
 
 
 def _size(count: int) -> str:

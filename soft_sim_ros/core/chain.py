@@ -183,6 +183,16 @@ class Chain:
         else:
             self.inertia[-1] += row
 
+    def rod_segments(self, rod_map: RodMap) -> list[tuple[int, Segment]]:
+        """Return (index, segment) of all segments of a rod."""
+        return [(k, self.segments[k]) for k in range(rod_map.first_node, rod_map.last_node)]
+
+    def node_at(self, rod_map: RodMap, s: float) -> int:
+        """Return the node of a rod at an arc length where the rod was cut."""
+        if s <= 0.0:
+            return rod_map.first_node
+        return 1 + min(self.rod_segments(rod_map), key=lambda item: abs(item[1].span[1] - s))[0]
+
     def rod(self, rod: Rod, basis: Basis, cuts: set[float]) -> None:
         """Append a rod, cut at section ends, element ends and the arc lengths ``cuts`` in m."""
         rod_map = RodMap(rod, self.node, [])

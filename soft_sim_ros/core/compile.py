@@ -11,7 +11,6 @@ import numpy as np
 
 from ..errors import SceneError
 from ..scene import (
-    DistributedLoad,
     Joint,
     JointActuator,
     MomentActuator,
@@ -23,9 +22,11 @@ from ..scene import (
 )
 from ..scene.strains import STRAINS
 from . import se3
-from .chain import ANGULAR, GAUSS2, Chain, Element, RodMap, Segment
-from .model import Floats, Loads, Model, Samples
-from .quadrature import gauss, lobatto
+from .arrays import flat_entries, floats, ints
+from .chain import ANGULAR, GAUSS2, Chain
+from .loads import lump_loads
+from .model import Floats, Loads, Model
+from .quadrature import gauss
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ def compile_scene(scene: Scene) -> Compiled:
         scene=scene,
         chain=chain,
         model=_flatten(scene, chain, length),
-        loads=_lump_loads(scene, chain, base[:3, :3]),
+        loads=lump_loads(scene, chain, base[:3, :3]),
         base=base,
         gravity=base[:3, :3].T @ scene.gravity,
         coordinate_names=tuple(chain.names),
@@ -92,7 +93,7 @@ def _check_nodes(scene: Scene, chain: Chain, rod: Rod) -> None:
     if basis.kind not in ("constant", "linear") and basis.nodes < least:
         expected = f"at least {least}, the order of the basis and two more"
         raise SceneError(scene.file, key, basis.nodes, expected)
-    for _, segment in _rod_segments(chain, chain.rods[rod.name]):
+    for _, segment in chain.rod_segments(chain.rods[rod.name]):
         turn = 2.0 * segment.half * float(np.linalg.norm(segment.xi0[:, :3], axis=1).max())
         if turn >= np.pi:
             expected = (
@@ -104,33 +105,33 @@ def _check_nodes(scene: Scene, chain: Chain, rod: Rod) -> None:
 def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
     blocks, segments = chain.blocks, chain.segments
     law = _sparse_law(chain)
-    block_seg = _ints([*(block.first_segment for block in blocks), len(segments)])
-    entries = _flat_entries(segments)
+    block_seg = ints([*(block.first_segment for block in blocks), len(segments)])
+    entries = flat_entries(segments)
     ports = [_port(chain, actuator) for actuator in scene.actuators]
     tendons = [_tendon(chain, actuator) for actuator in scene.actuators]
     model = Model(
-        half=_floats([s.half for s in segments]),
-        kappa=_floats([s.kappa for s in segments]),
-        xi0=_floats([s.xi0 for s in segments]).reshape(-1, 2, 6),
+        half=floats([s.half for s in segments]),
+        kappa=floats([s.kappa for s in segments]),
+        xi0=floats([s.xi0 for s in segments]).reshape(-1, 2, 6),
         entry_ptr=entries[0],
         entry_col=entries[1],
         entry_comp=entries[2],
         entry_phi=entries[3],
-        inertia=_floats(chain.inertia),
-        block_col=_ints([*(block.begin for block in blocks), len(chain.names)]),
+        inertia=floats(chain.inertia),
+        block_col=ints([*(block.begin for block in blocks), len(chain.names)]),
         block_seg=block_seg,
-        seg_block=_ints(np.repeat(np.arange(len(blocks)), np.diff(block_seg))),
+        seg_block=ints(np.repeat(np.arange(len(blocks)), np.diff(block_seg))),
         law_ptr=law[0],
         law_col=law[1],
         stiffness=law[2],
         damping=law[3],
         weight=_weights(chain, length),
-        port_ptr=_ints([0, *np.cumsum([len(p) for p in ports])]),
-        port_col=_ints([column for p in ports for column, _ in p]),
-        port_gain=_floats([gain for p in ports for _, gain in p]),
-        tendon_ptr=_ints([0, *np.cumsum([len(t) for t in tendons])]),
-        tendon_seg=_ints([k for t in tendons for k, _ in t]),
-        tendon_path=_floats([path for t in tendons for _, path in t]).reshape(-1, 2, 2, 3),
+        port_ptr=ints([0, *np.cumsum([len(p) for p in ports])]),
+        port_col=ints([column for p in ports for column, _ in p]),
+        port_gain=floats([gain for p in ports for _, gain in p]),
+        tendon_ptr=ints([0, *np.cumsum([len(t) for t in tendons])]),
+        tendon_seg=ints([k for t in tendons for k, _ in t]),
+        tendon_path=floats([path for t in tendons for _, path in t]).reshape(-1, 2, 2, 3),
         tendon_rest=np.zeros(len(scene.actuators)),
     )
     for i, pieces in enumerate(tendons):
@@ -159,17 +160,7 @@ def _sparse_law(chain: Chain) -> tuple:
                 stiffness.append(block.stiffness[i, j])
                 damping.append(block.damping[i, j])
             ptr.append(len(columns))
-    return _ints(ptr), _ints(columns), _floats(stiffness), _floats(damping)
-
-
-def _flat_entries(segments: list[Segment]) -> tuple:
-    flat = [entry for segment in segments for entry in segment.entries]
-    return (
-        _ints([0, *np.cumsum([len(segment.entries) for segment in segments])]),
-        _ints([entry[0] for entry in flat]),
-        _ints([entry[1] for entry in flat]),
-        _floats([entry[2:] for entry in flat]).reshape(-1, 2),
-    )
+    return ints(ptr), ints(columns), floats(stiffness), floats(damping)
 
 
 def _weights(chain: Chain, length: float) -> Floats:
@@ -221,127 +212,10 @@ def _tendon(chain: Chain, actuator: object) -> list[tuple[int, Floats]]:
     if not isinstance(actuator, TendonActuator):
         return []
     pieces = []
-    for k, segment in _rod_segments(chain, chain.rods[actuator.rod]):
+    for k, segment in chain.rod_segments(chain.rods[actuator.rod]):
         begin, end = segment.span
         middle = 0.5 * (begin + end)
         if actuator.start < middle < actuator.end:
             s = begin + (end - begin) * GAUSS2
             pieces.append((k, np.stack([actuator.offset(s), actuator.slope(s)], axis=1)))
     return pieces
-
-
-def _rod_segments(chain: Chain, rod_map: RodMap) -> list[tuple[int, Segment]]:
-    """Return (index, segment) of all segments of a rod."""
-    return [(k, chain.segments[k]) for k in range(rod_map.first_node, rod_map.last_node)]
-
-
-def node_at(chain: Chain, rod_map: RodMap, s: float) -> int:
-    """Return the node of a rod at an arc length where the rod was cut."""
-    if s <= 0.0:
-        return rod_map.first_node
-    segments = _rod_segments(chain, rod_map)
-    return 1 + min(segments, key=lambda item: abs(item[1].span[1] - s))[0]
-
-
-def _lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
-    nodes: list[int] = []
-    wrenches: list[Floats] = []
-    ptr = [0]
-    for load in scene.loads:
-        wrench = np.concatenate([load.moment, load.force])
-        if load.frame == "world":
-            wrench = np.concatenate([rotation.T @ load.moment, rotation.T @ load.force])
-        if isinstance(load, PointLoad):
-            rod_map = chain.rods.get(load.body)
-            node = node_at(chain, rod_map, load.s) if rod_map else chain.frames[load.body]
-            nodes.append(node)
-            wrenches.append(wrench)
-        elif isinstance(load, DistributedLoad):
-            for node, share in _shares(chain, load):
-                nodes.append(node)
-                wrenches.append(share * wrench)
-        ptr.append(len(nodes))
-    switches = sorted({t for load in scene.loads for t in load.schedule.switch_times})
-    return Loads(
-        ptr=_ints(ptr),
-        node=_ints(nodes),
-        wrench=_floats(wrenches).reshape(-1, 6),
-        follows=_ints([load.frame == "body" for load in scene.loads]),
-        schedule=_floats(
-            [(x.schedule.start, x.schedule.end, x.schedule.ramp) for x in scene.loads]
-        ).reshape(-1, 3),
-        switches=_floats(switches),
-    )
-
-
-def _shares(chain: Chain, load: DistributedLoad) -> list[tuple[int, float]]:
-    """Return (node, length in m) of a load per length.
-
-    Gauss–Lobatto weights of the elements it covers.
-    """
-    shares = []
-    for element in chain.rods[load.body].elements:
-        begin, end = element.span
-        _, weights = lobatto(element.nodes)
-        if load.start < 0.5 * (begin + end) < load.end:
-            for i, weight in enumerate(weights):
-                shares.append((element.first_segment + i, (end - begin) * weight))
-    return shares
-
-
-def sample_frames(compiled: Compiled, s: Floats) -> Samples:
-    """Return samples at arc lengths ``s`` (P,) in m, counted along all rods, base to tip."""
-    chain = compiled.chain
-    nodes, steps = [], []
-    for value in s:
-        node, segment = _locate(chain, float(value))
-        if value == s[-1] and value >= compiled.length * (1.0 - 1e-12):
-            node, segment = chain.node, Segment(0.5, 0.0, np.zeros((2, 6)))  # the tip, tools too
-        nodes.append(node)
-        steps.append(segment)
-    entries = _flat_entries(steps)
-    return Samples(
-        node=_ints(nodes),
-        half=_floats([x.half for x in steps]),
-        kappa=_floats([x.kappa for x in steps]),
-        xi0=_floats([x.xi0 for x in steps]).reshape(-1, 2, 6),
-        entry_ptr=entries[0],
-        entry_col=entries[1],
-        entry_comp=entries[2],
-        entry_phi=entries[3],
-    )
-
-
-def _locate(chain: Chain, s: float) -> tuple[int, Segment]:
-    """Return the node before arc length s, and the step from it."""
-    nothing = Segment(0.5, 0.0, np.zeros((2, 6)))
-    rods = list(chain.rods.values())
-    for i, rod_map in enumerate(rods):
-        if s > rod_map.rod.length and i < len(rods) - 1:
-            s -= rod_map.rod.length
-            continue
-        element = _element_at(rod_map, s)
-        k = element.first_segment
-        while chain.segments[k].span[1] < min(s, element.span[1]):
-            k += 1
-        begin = chain.segments[k].span[0]
-        s = min(s, element.span[1])
-        if s >= chain.segments[k].span[1]:
-            return k + 1, nothing
-        return (k, element.step(begin, s)) if s > begin else (k, nothing)
-    return chain.node, nothing
-
-
-def _element_at(rod_map: RodMap, s: float) -> Element:
-    for element in rod_map.elements:
-        if s <= element.span[1]:
-            return element
-    return rod_map.elements[-1]
-
-
-def _floats(values: object) -> Floats:
-    return np.ascontiguousarray(np.array(values, dtype=np.float64))
-
-
-def _ints(values: object) -> np.ndarray:
-    return np.array(values, dtype=np.int64).reshape(-1)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from ..errors import Diverged, SceneError, StaticsFailed
 from ..scene import Scene
 from .chain import Element
-from .compile import sample_frames
 from .dynamics import Dynamics
 from .integrators import method_of
 from .kernels.advance import advance
@@ -24,8 +23,8 @@ from .kernels.newton import (
     addresses,
     new_work,
 )
-from .kernels.output import sample_poses
 from .model import Floats
+from .sampler import Sampler
 from .statics import equilibrium
 
 LEDGER = (
@@ -91,8 +90,6 @@ class Simulation:
         self._tip = np.zeros(6)
         self._tip_follows = False
         self._ledger = np.zeros(2)
-        base = self.compiled.base
-        self._base = np.concatenate([base[:3, :3].ravel(), base[:3, 3]])
         self._data = self.dynamics.forcing(self._efforts)
         self._calls = addresses(self.model, self._data, self._work)
         self._start = self._initial_state()
@@ -295,41 +292,21 @@ class Simulation:
         picks = (STEPS, EVALUATIONS, FACTORISATIONS, ITERATIONS, REFUSED)
         return Statistics(*(int(c[i]) for i in picks))
 
+    @property
+    def nbytes(self) -> int:
+        """Memory in bytes of model, state and solver."""
+        return _bytes((self.model, self._data, self._work, self.compiled.loads))
+
     def sampler(self, poses: int) -> Sampler:
         """Return a sampler of ``poses`` frames, equally spaced in arc length from base to tip.
 
         The last one is the frame at the end of the chain, beyond joints and bodies after the rods.
         """
-        return Sampler(self, np.linspace(0.0, self.length, poses))
+        return Sampler(self.compiled, self.q, np.linspace(0.0, self.length, poses))
 
 
-class Sampler:
-    """Frames at fixed arc lengths ``s`` (N,) in m.
-
-    Quaternions keep their sign from call to call.
-    """
-
-    def __init__(self, simulation: Simulation, s: Floats) -> None:
-        self.s = s
-        self._simulation = simulation
-        self._samples = sample_frames(simulation.compiled, s)
-        self._poses = np.zeros((len(s), 7))
-        self._poses[:, 6] = 1.0
-        self._zero = np.zeros(simulation.n_coordinates)
-
-    def poses(self) -> Floats:
-        """Return poses (N, 7) x y z qx qy qz qw in the world.
-
-        The array is reused by the next call.
-        """
-        simulation = self._simulation
-        sample_poses(
-            simulation.model,
-            simulation._data,
-            self._samples,
-            simulation._base,
-            simulation.q,
-            self._zero,
-            self._poses,
-        )
-        return self._poses
+def _bytes(value: object) -> int:
+    """Return the memory of nested tuples of arrays."""
+    if isinstance(value, np.ndarray):
+        return value.nbytes
+    return sum(map(_bytes, value)) if isinstance(value, tuple) else 0

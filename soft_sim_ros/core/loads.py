@@ -1,0 +1,58 @@
+"""Loads lumped to nodes: what a Gauss–Lobatto rule makes of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..scene import DistributedLoad, PointLoad, Scene
+from .arrays import floats, ints
+from .chain import Chain
+from .model import Floats, Loads
+from .quadrature import lobatto
+
+
+def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
+    """Return the loads of a scene; rotation (3, 3) is that of the base in the world."""
+    nodes: list[int] = []
+    wrenches: list[Floats] = []
+    ptr = [0]
+    for load in scene.loads:
+        wrench = np.concatenate([load.moment, load.force])
+        if load.frame == "world":
+            wrench = np.concatenate([rotation.T @ load.moment, rotation.T @ load.force])
+        if isinstance(load, PointLoad):
+            rod_map = chain.rods.get(load.body)
+            node = chain.node_at(rod_map, load.s) if rod_map else chain.frames[load.body]
+            nodes.append(node)
+            wrenches.append(wrench)
+        elif isinstance(load, DistributedLoad):
+            for node, share in _shares(chain, load):
+                nodes.append(node)
+                wrenches.append(share * wrench)
+        ptr.append(len(nodes))
+    switches = sorted({t for load in scene.loads for t in load.schedule.switch_times})
+    return Loads(
+        ptr=ints(ptr),
+        node=ints(nodes),
+        wrench=floats(wrenches).reshape(-1, 6),
+        follows=ints([load.frame == "body" for load in scene.loads]),
+        schedule=floats(
+            [(x.schedule.start, x.schedule.end, x.schedule.ramp) for x in scene.loads]
+        ).reshape(-1, 3),
+        switches=floats(switches),
+    )
+
+
+def _shares(chain: Chain, load: DistributedLoad) -> list[tuple[int, float]]:
+    """Return (node, length in m) of a load per length.
+
+    Gauss–Lobatto weights of the elements it covers.
+    """
+    shares = []
+    for element in chain.rods[load.body].elements:
+        begin, end = element.span
+        _, weights = lobatto(element.nodes)
+        if load.start < 0.5 * (begin + end) < load.end:
+            for i, weight in enumerate(weights):
+                shares.append((element.first_segment + i, (end - begin) * weight))
+    return shares
