@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from soft_sim_ros.commands.progress import compiling
 from soft_sim_ros.commands.shell import DONE, verb
 from soft_sim_ros.core.modes import frequencies, recommended_step
