@@ -1,0 +1,45 @@
+"""What the entries say: the cheapest run for every error, and the cost at a given error."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+Entries = list[dict[str, Any]]
+
+
+def front(entries: Entries) -> list[tuple[float, float]]:
+    """Return (error, wall s) of the runs that no other run beats in both, error falling."""
+    points = sorted(
+        (e["wall_s"], e["error_rel"])
+        for e in entries
+        if e["outcome"] == "completed" and e["error_rel"]
+    )
+    out: list[tuple[float, float]] = []
+    for wall, error in points:
+        if not out or error < out[-1][0]:
+            out.append((error, wall))
+    return out
+
+
+def cost_at(entries: Entries, error: float) -> float | None:
+    """Return the wall time in s at an error, between runs by straight lines in the logarithms.
+
+    None where no run gets there. Where the cheapest run is better already, its cost counts.
+    """
+    points = front(entries)
+    if not points or points[-1][0] > error:
+        return None
+    if points[0][0] <= error:
+        return points[0][1]
+    for (e0, w0), (e1, w1) in zip(points[:-1], points[1:], strict=True):
+        if e1 <= error < e0:
+            share = np.log(e0 / error) / np.log(e0 / e1)
+            return float(np.exp(np.log(w0) + share * np.log(w1 / w0)))
+    return None
+
+
+def of(entries: Entries, case: str, program: str) -> Entries:
+    """Return the entries of one program on one case."""
+    return [e for e in entries if e["case"] == case and e["program"] == program]

@@ -1,0 +1,1 @@
+"""Formulations that share nothing with the package, to check the references against."""

@@ -1,0 +1,76 @@
+"""Peers run as child processes: what they cannot do, what they were run with, what came out."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ..cases import Case
+from ..cases.case import STRAINS
+from .environments import PINS, clean, interpreter
+
+HERE = Path(__file__).parent
+ENVIRONMENT = {"pyelastica": "elastica", "soromox": "soromox"}
+# s for one timed run, and for all runs of one case with everything that surrounds them
+LIMITS = {"pyelastica": (15.0, 60.0), "soromox": (12.0, 160.0)}
+
+
+def version(program: str) -> str:
+    """Return the pinned version of a peer."""
+    return PINS[ENVIRONMENT[program]][0].partition("==")[2]
+
+
+def unsupported(program: str, case: Case) -> str:
+    """Return why a peer cannot do a case, or nothing."""
+    if program == "pyelastica":
+        if case.tendon:
+            return "PyElastica has no tendons"
+        if case.name == "gvs":
+            return "PyElastica cannot lock strains: its rods always shear and twist"
+    return ""
+
+
+def differences(program: str, case: Case) -> str:
+    """Return where the physics of a peer's run is not quite the case's."""
+    if program == "pyelastica":
+        text = "rotary inertia depends on dilatation; Kelvin–Voigt and linear law added by us"
+        if set(case.strains) != set(STRAINS):
+            text += "; all six strains are free"
+        return text
+    return ""
+
+
+def runs(program: str, case: Case, settings: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Yield one result per setting; what the time allowed does not reach is said to be skipped."""
+    each, everything = LIMITS[program]
+    python = interpreter(ENVIRONMENT[program])
+    command = [str(python), str(HERE / f"child_{program}.py")]
+    child = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=clean()
+    )
+    assert child.stdin is not None and child.stdout is not None
+    json.dump({"case": case.as_dict(), "settings": settings, "limit": each}, child.stdin)
+    child.stdin.close()
+    begin = time.monotonic()
+    stop = threading.Timer(everything, child.kill)
+    stop.start()
+    done = 0
+    try:
+        for line in child.stdout:
+            done += 1
+            yield json.loads(line)
+        code = child.wait()
+    finally:
+        stop.cancel()
+        child.kill()
+    if done < len(settings):
+        late = time.monotonic() - begin >= everything
+        why = f"all runs of the case took {everything:g} s" if late else f"child ended with {code}"
+        for left in settings[done:]:
+            outcome = "skipped" if late else "refused"
+            yield {"settings": left, "outcome": outcome, "reason": why, "wall_s": None, "tip": []}

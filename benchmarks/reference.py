@@ -1,0 +1,187 @@
+"""References: two refined, different discretisations that have to agree.
+
+``first``: this package's own stepper (sdirk4, small fixed steps) on Legendre elements. ``second``:
+another basis (Chebyshev) with other elements, integrated by scipy's adaptive Radau IIA on the
+model's forward dynamics, which shares no integrator with the package (on hinges, where nearly
+undamped waves would keep Radau busy for hours, by sdirk3 with shorter steps). Both put many more
+nodes into an element than a run would. The more accurate one is the reference: the second, whose
+steps adapt to the jumps of the loads, or on hinges the first. The largest distance between the two,
+over the length, is the agreement reached.
+
+    python -m benchmarks.reference [case …]     makes benchmarks/results/reference_<case>.npz
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.linalg import cho_factor, cho_solve
+
+from soft_sim_ros.core.simulation import Simulation
+
+from .cases import CASES, Case
+from .programs.ours import run, scene_of
+
+RESULTS = Path(__file__).parent / "results"
+
+# Steps of the first discretisation, in s; smaller where loads jump.
+STEPS = {
+    "heavy_arm": 2e-3, "release_3d": 2.5e-4, "torque_step": 2e-4, "tendon_step": 2.5e-4,
+    "chirp": 2.5e-4, "slender_swing": 2.5e-4, "spin_up": 2.5e-4, "planar_pcs": 1e-3,
+    "spatial_pcs": 2e-3, "gvs": 1e-3,
+}  # fmt: skip
+
+
+def first_settings(case: Case) -> dict[str, Any]:
+    """Return the settings of the first discretisation."""
+    single = len(case.sections) == 1
+    if case.hinge:
+        orders = {"kind": "legendre", "order": 12, "elements": 3, "nodes": 40}
+        return orders | {"step": STEPS[case.name], "integrator": "sdirk4", "tolerance": 1e-12}
+    return {
+        "kind": "legendre",
+        "order": 9 if single else 8,
+        "elements": 2 if single else 1,
+        "nodes": 60 if single else 50,
+        "step": STEPS[case.name],
+        "integrator": "sdirk4",
+        "tolerance": 1e-12,
+    }
+
+
+def second_settings(case: Case) -> dict[str, Any]:
+    """Return the settings of the second discretisation; Radau does not use its step."""
+    single = len(case.sections) == 1
+    if case.hinge:
+        orders = {"kind": "chebyshev", "order": 10, "elements": 4, "nodes": 32}
+        return orders | {"step": STEPS[case.name] / 2.5, "integrator": "sdirk3"}
+    return {
+        "kind": "chebyshev",
+        "order": 7,
+        "elements": 2 if single else 1,
+        "nodes": 70 if single else 60,
+        "step": case.output_period,
+    }
+
+
+def by_radau(
+    case: Case, settings: dict[str, Any], rtol: float = 1e-8, atol: float = 1e-9
+) -> np.ndarray:
+    """Return the tip (outputs, 3) by scipy's Radau on the forward dynamics of a discretisation."""
+    simulation = Simulation(scene_of(case, settings))
+    dynamics, n = simulation.dynamics, simulation.n_coordinates
+    efforts = np.zeros(simulation.n_actuators)
+
+    def acceleration(t: float, y: np.ndarray) -> np.ndarray:
+        return dynamics.forward_dynamics(y[:n], y[n:], efforts, t)
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        return np.concatenate([y[n:], acceleration(t, y)])
+
+    def jacobian(t: float, y: np.ndarray) -> np.ndarray:
+        a = acceleration(t, y)
+        of_q, of_v, mass = dynamics.tangents(y[:n], y[n:], a, efforts, t)
+        factor = cho_factor(0.5 * (mass + mass.T))
+        out = np.zeros((2 * n, 2 * n))
+        out[:n, n:] = np.eye(n)
+        out[n:, :n] = -cho_solve(factor, of_q)
+        out[n:, n:] = -cho_solve(factor, of_v)
+        return out
+
+    outputs = case.output_period * np.arange(1, case.outputs + 1)
+    tip = np.zeros((case.outputs, 3))
+    y = np.concatenate([simulation.q, simulation.v])
+    if case.tendon:
+        efforts[:] = case.tendon.tension
+    for begin, end, values in pieces(case):
+        if values is not None:
+            efforts[:] = values
+        inside = (outputs > begin + 1e-12) & (outputs <= end + 1e-12)
+        times = np.unique(np.append(outputs[inside], end))
+        solution = solve_ivp(
+            rates, (begin, end + 1e-15), y, method="Radau", jac=jacobian, t_eval=times,
+            rtol=rtol, atol=atol / simulation.length, first_step=1e-6,
+        )  # fmt: skip
+        if not solution.success:
+            raise RuntimeError(f"{case.name}: Radau stopped at {begin} s: {solution.message}")
+        for t, state in zip(solution.t, solution.y.T, strict=True):
+            k = round(t / case.output_period) - 1
+            if abs(t - (k + 1) * case.output_period) < 1e-9:
+                tip[k] = dynamics.node_poses(state[:n])[-1][:3, 3]
+        y = solution.y[:, -1].copy()
+    return tip
+
+
+def pieces(case: Case) -> list[tuple[float, float, Any]]:
+    """Return (begin, end, efforts or None) of the stretches in which the loads are smooth."""
+    if case.moments:
+        period = case.moments.period
+        count = round(case.duration / period)
+        rows = case.moments.values
+        return [(k * period, (k + 1) * period, rows[k]) for k in range(count)]
+    if case.hub:
+        marks = [0.0, case.hub.ramp, case.hub.end - case.hub.ramp, case.hub.end, case.duration]
+        return [(a, b, None) for a, b in zip(marks[:-1], marks[1:], strict=True)]
+    return [(0.0, case.duration, None)]
+
+
+def make(case: Case) -> float:
+    """Make and keep the reference of a case; return the agreement reached."""
+    begin = time.perf_counter()
+    one = run(case, first_settings(case), repeats=1)
+    middle = time.perf_counter()
+    second = second_settings(case)
+    if case.hinge:
+        # Radau would follow every undamped wave: another order of SDIRK instead
+        two = run(case, second, repeats=1).tip
+    else:
+        two = by_radau(case, second)
+    agreement = distance(one.tip, two, case.length)
+    print(
+        f"{case.name}: the two discretisations agree to {agreement:.1e} of the length "
+        f"({middle - begin:.0f} s and {time.perf_counter() - middle:.0f} s)",
+        flush=True,
+    )
+    times = case.output_period * np.arange(1, case.outputs + 1)
+    tip, other = (one.tip, two) if case.hinge else (two, one.tip)
+    np.savez_compressed(path_of(case), times=times, tip=tip, other=other, agreement=agreement)
+    return agreement
+
+
+def distance(tip: np.ndarray, reference: np.ndarray, length: float) -> float:
+    """Return the largest tip position error over the run, over the length."""
+    return float(np.max(np.linalg.norm(tip - reference, axis=1)) / length)
+
+
+@cache
+def coarse_tip(case: Case) -> np.ndarray:
+    """Return the tip of the published model, one constant strain per section, exact in time."""
+    settings = {"kind": "constant", "nodes": 30, "step": 5e-4, "integrator": "sdirk4"}
+    return run(case, settings, repeats=1).tip
+
+
+def path_of(case: Case) -> Path:
+    """Return where the reference of a case is kept."""
+    return RESULTS / f"reference_{case.name}.npz"
+
+
+def load(case: Case) -> tuple[np.ndarray, float]:
+    """Return (tip (outputs, 3), agreement), making them first where they are missing."""
+    if not path_of(case).is_file():
+        print(f"{case.name}: no reference yet, making it", flush=True)
+        RESULTS.mkdir(exist_ok=True)
+        make(case)
+    with np.load(path_of(case)) as kept:
+        return kept["tip"], float(kept["agreement"])
+
+
+if __name__ == "__main__":
+    RESULTS.mkdir(exist_ok=True)
+    for name in sys.argv[1:] or CASES:
+        make(CASES[name])
