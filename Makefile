@@ -11,11 +11,12 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 # A guard of ROS wheels in another environment would keep those of this one from starting up.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: help run test env warm lint format clean
+.PHONY: help run test env warm lint format bench clean
 
 help:
 	@echo "make run     simulate, drive, record and replay the default arm: see runs/latest"
 	@echo "make test    all tests"
+	@echo "make bench   run time against error, with peers: about half an hour"
 	@echo "make env     only the environment, in $(VENV)"
 	@echo "make lint    linter and type checker; make format rewrites the sources"
 	@echo "make clean   remove what was built, but not runs/"
@@ -40,6 +41,10 @@ format: env
 
 test: lint warm
 	@$(IN_ENV) -m pytest
+
+# make bench CASES="heavy_arm chirp" PROGRAMS="soft_sim_ros"   a part; see docs/benchmarks.md
+bench: warm
+	@$(IN_ENV) -m benchmarks $(if $(CASES),--cases $(CASES)) $(if $(PROGRAMS),--programs $(PROGRAMS))
 
 clean:
 	rm -rf "$(VENV)" build install log dist *.egg-info

@@ -51,8 +51,8 @@ def entries_of(program: str, case: Case) -> list[dict[str, Any]]:
         for chosen in settings.ours(case):
             run = ours.run(case, chosen)
             result = {
-                "settings": chosen, "tip": run.tip, "wall_s": run.wall, "outcome": run.outcome,
-                "coordinates": run.coordinates, "counters": run.counters,
+                "settings": chosen, "tip": run.tip, "wall_s": run.wall, "cpu_s": run.cpu,
+                "outcome": run.outcome, "coordinates": run.coordinates, "counters": run.counters,
             }  # fmt: skip
             book(__version__, result | ({"reason": run.reason} if run.reason else {}))
         return out

@@ -32,7 +32,7 @@ def draw(axes: plt.Axes, entries: fronts.Entries, case: str, small: bool = False
                 outcomes = "/".join(sorted({e["outcome"] for e in mine}))
                 missing.append(f"{label}: {outcomes}")
             continue
-        x, y = [e["error_rel"] for e in done], [e["wall_s"] for e in done]
+        x, y = [e["error_rel"] for e in done], [fronts.cost(e) for e in done]
         axes.loglog(x, y, marker, color=colour, alpha=0.45, markersize=4 if small else 6)
         best = fronts.front(mine)
         axes.loglog(*zip(*best, strict=True), "-", color=colour, label=label, linewidth=1.5)
@@ -57,7 +57,7 @@ def main() -> None:
         figure, axes = plt.subplots(figsize=(6.0, 4.5), layout="constrained")
         draw(axes, entries, case)
         axes.set_xlabel("largest tip error over the run / length (grey: not resolved)")
-        axes.set_ylabel("wall time in s (one core)")
+        axes.set_ylabel("time in s (one core)")
         axes.legend(fontsize=8)
         figure.savefig(RESULTS / f"work_precision_{case}.png", dpi=110)
         plt.close(figure)
@@ -71,7 +71,7 @@ def main() -> None:
         axes.set_visible(False)
     grid.flat[0].legend(fontsize=8)
     figure.supxlabel("largest tip error over the run / length (grey: not resolved)")
-    figure.supylabel("wall time in s (one core)")
+    figure.supylabel("time in s (one core)")
     figure.savefig(RESULTS / "work_precision.png", dpi=110)
     plt.close(figure)
     scaling()

@@ -43,7 +43,7 @@ def text() -> str:
     lines: list[str] = []
     for error in ERRORS:
         lines += [
-            f"Wall time to a largest tip error of {error:.0e} of the length; in brackets, how many",
+            f"Time on one core to a largest tip error of {error:.0e} of the length; in brackets, how many",
             "times ours:",
             "",
             "| case | soft_sim_ros | " + " | ".join(PEERS.values()) + " |",

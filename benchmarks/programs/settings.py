@@ -38,22 +38,20 @@ def ours(case: Case) -> list[Settings]:
     out: list[Settings] = []
     if case.name in ("planar_pcs", "spatial_pcs"):  # the published model, matched on purpose
         coarse = {"kind": "constant", "nodes": 8, "integrator": "sdirk2"}
-        out += [coarse | {"step": case.output_period * share} for share in (1 / 2, 1 / 10)]
+        steps = (_dividing(case, case.output_period * share) for share in (1 / 2, 1 / 10))
+        out += [coarse | {"step": step} for step in steps]
     for order, elements, nodes, share, integrator in OURS:
-        step = case.output_period * share
-        if case.moments:  # commands are held, so a step ends where they change
-            step = min(step, case.moments.period)
+        step = _dividing(case, case.output_period * share)
         settings = {"order": order, "elements": elements, "step": step, "integrator": integrator}
-        if nodes:
-            settings["nodes"] = nodes
-        if round(step * 1e9) * round(1 / share) != round(case.output_period * 1e9):
-            settings["step"] = _dividing(case, step)
-        out.append(settings)
+        out.append(settings | ({"nodes": nodes} if nodes else {}))
     return [s for i, s in enumerate(out) if s not in out[:i]]
 
 
 def _dividing(case: Case, step: float) -> float:
-    """Return the largest whole-nanosecond step up to ``step`` that divides all periods."""
+    """Return the largest whole-nanosecond step up to ``step`` that divides all periods.
+
+    Commands are held, so a step has to end where they change.
+    """
     periods = [case.output_period] + ([case.moments.period] if case.moments else [])
     pieces = 1
     shortest = round(min(periods) * 1e9)

@@ -1,0 +1,91 @@
+"""One small case through the machinery of the benchmark: cases, our adapter, errors, fronts."""
+
+import dataclasses
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def tree_on_path():
+    """The benchmarks are not installed: they are imported from the source tree."""
+    sys.path.insert(0, str(ROOT))
+    yield
+    sys.path.remove(str(ROOT))
+
+
+def module(name):
+    return importlib.import_module(f"benchmarks.{name}")
+
+
+def short(name, outputs):
+    case = module("cases").CASES[name]
+    return dataclasses.replace(case, outputs=outputs, duration=outputs * case.output_period)
+
+
+def test_every_case_becomes_a_scene_with_all_its_settings():
+    ours, settings = module("programs.ours"), module("programs.settings")
+    cases = module("cases").CASES
+    assert len(cases) >= 8
+    for case in cases.values():
+        for chosen in settings.ours(case):
+            scene = ours.scene_of(case, chosen)
+            step_ns = round(scene.numerics.step * 1e9)
+            assert ours.steps_in(case.output_period, step_ns) >= 1
+            if case.moments:
+                assert ours.steps_in(case.moments.period, step_ns) >= 1
+
+
+def test_a_finer_run_is_closer_to_an_independent_formulation():
+    ours, absolute = module("programs.ours"), module("independent.absolute")
+    distance = module("reference").distance
+    case = short("planar_pcs", 4)
+    grids = [absolute.Grid(case, n).tip(1e-6) for n in (8, 16)]
+    independent = grids[1] + (grids[1] - grids[0]) / 3.0
+    errors = []
+    for order in (0, 3):
+        chosen = {"order": order, "step": 0.01, "integrator": "sdirk3"}
+        run = ours.run(case, chosen, repeats=1)
+        assert run.outcome == "completed"
+        errors.append(distance(run.tip, independent, case.length))
+    assert errors[1] < 3e-4 < 3e-2 < errors[0]
+
+
+def test_held_moments_reach_the_arm_at_their_times():
+    ours = module("programs.ours")
+    case = short("chirp", 2)
+    still = dataclasses.replace(
+        case, moments=dataclasses.replace(case.moments, values=((0.0, 0.0),) * 200)
+    )
+    chosen = {"order": 2, "step": 0.005}
+    moved, hung = (ours.run(c, chosen, repeats=1).tip for c in (case, still))
+    assert np.all(hung[:, 1:] == 0.0)
+    assert np.linalg.norm(moved[-1, 1:]) > 1e-4 * case.length
+
+
+def test_a_step_that_does_not_divide_the_outputs_is_refused():
+    with pytest.raises(ValueError, match="does not divide"):
+        module("programs.ours").steps_in(0.05, 3_000_000)
+
+
+def test_fronts_interpolate_in_logarithms_and_say_what_is_not_reached():
+    fronts = module("fronts")
+    entries = [
+        {"outcome": "completed", "wall_s": wall, "error_rel": error}
+        for wall, error in ((1.0, 1e-1), (100.0, 1e-3), (200.0, 1e-2))
+    ]
+    assert fronts.front(entries) == [(1e-1, 1.0), (1e-3, 100.0)]
+    assert fronts.cost_at(entries, 1e-2) == pytest.approx(10.0)
+    assert fronts.cost_at(entries, 0.5) == 1.0
+    assert fronts.cost_at(entries, 1e-4) is None
+
+
+def test_what_a_peer_cannot_do_is_said_with_the_reason():
+    peers, cases = module("programs.peers"), module("cases").CASES
+    assert "no tendons" in peers.unsupported("pyelastica", cases["tendon_step"])
+    assert peers.unsupported("soromox", cases["tendon_step"]) == ""
