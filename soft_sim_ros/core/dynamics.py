@@ -15,7 +15,7 @@ from .compile import Compiled, compile_scene
 from .kernels.columns import node_jacobians
 from .kernels.forcing import apply_loads
 from .kernels.output import energies, ports
-from .kernels.sweep import inverse_dynamics
+from .kernels.sweep import inverse_dynamics, place
 from .kernels.system import dense, new_system
 from .kernels.tangent import tangent
 from .model import Data, Floats, new_data
@@ -135,8 +135,7 @@ class Dynamics:
     def gravity_force(self, q: Floats) -> Floats:
         """Return g(q) = ∂V_gravity/∂q (n,): C (1.34)."""
         data = self.forcing()
-        data.dead[:] = 0.0
-        data.follower[:] = 0.0
+        data.active[:] = 0
         return self.residual(q, self._zero, self._zero, data) - self.elastic_force(q)
 
     def energies(self, q: Floats, v: Floats) -> tuple[float, float, float]:
@@ -156,6 +155,7 @@ class Dynamics:
         """Return the poses (nodes, 4, 4) of all nodes in the world."""
         data = self.forcing()
         self.residual(q, self._zero, self._zero, data)
+        place(self.model, data)
         out = np.zeros((len(data.position), 4, 4))
         out[:, :3, :3] = data.rotation.reshape(-1, 3, 3)
         out[:, :3, 3] = data.position

@@ -67,6 +67,7 @@ class Data(NamedTuple):
     gravity: Floats  # (3,) base frame, m/s²
     dead: Floats  # (S + 1, 6) moment and force fixed in the base frame
     follower: Floats  # (S + 1, 6) moment and force fixed in the section
+    active: Ints  # (2,) whether any dead wrench, any follower acts: kernels skip what does not
     effort: Floats  # (A,) N·m or N
     tendon: Floats  # (A,) present tendon length, m
 
@@ -88,6 +89,7 @@ def new_data(model: Model) -> Data:
         gravity=np.zeros(3),
         dead=np.zeros((nodes, 6)),
         follower=np.zeros((nodes, 6)),
+        active=np.zeros(2, dtype=np.int64),
         effort=np.zeros(actuators),
         tendon=np.zeros(actuators),
     )

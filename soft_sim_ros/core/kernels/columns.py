@@ -21,6 +21,7 @@ from .dual import (
 )
 from .jit import kernel
 from .rotation import cotangent_apply, cotangent_derivative, stumpff, tangent_jet
+from .sweep import place
 
 
 @kernel
@@ -104,6 +105,7 @@ def local_stiffness(model, data, k, hessian):
 @kernel
 def node_jacobians(model, data, jacobian, rate):
     """Fill J and J̇ (nodes, 6, n) in the base frame, at the state of the last sweep: C (1.25)."""
+    place(model, data)
     columns = np.zeros((6, 6, 6))
     n = jacobian.shape[2]
     for k in range(len(model.half)):

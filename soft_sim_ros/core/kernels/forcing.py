@@ -37,6 +37,11 @@ def apply_loads(loads, tip, tip_follows, t, share, data):
     """
     count = len(loads.follows)
     last = data.dead.shape[0] - 1
+    acting = False
+    for c in range(6):
+        acting = acting or tip[c] != 0.0
+    data.active[0] = 1 if acting and not tip_follows else 0
+    data.active[1] = 1 if acting and tip_follows else 0
     for p in range(len(loads.node)):
         for c in range(6):
             data.dead[loads.node[p], c] = 0.0
@@ -51,6 +56,7 @@ def apply_loads(loads, tip, tip_follows, t, share, data):
         if factor == 0.0:
             continue
         target = data.follower if loads.follows[i] else data.dead
+        data.active[1 if loads.follows[i] else 0] = 1
         for p in range(loads.ptr[i], loads.ptr[i + 1]):
             for c in range(6):
                 target[loads.node[p], c] += factor * loads.wrench[p, c]
@@ -60,14 +66,17 @@ def apply_loads(loads, tip, tip_follows, t, share, data):
 def load_power(model, data):
     """Return the power in W of all node wrenches but weight, at the last sweep."""
     total = 0.0
+    if data.active[0] == 0 and data.active[1] == 0:
+        return total
     for k in range(data.dead.shape[0]):
         for c in range(3):
             # body components of the dead wrench
             moment = data.follower[k, c]
             force = data.follower[k, c + 3]
-            for i in range(3):
-                moment += data.rotation[k, 3 * i + c] * data.dead[k, i]
-                force += data.rotation[k, 3 * i + c] * data.dead[k, i + 3]
+            if data.active[0] != 0:
+                for i in range(3):
+                    moment += data.rotation[k, 3 * i + c] * data.dead[k, i]
+                    force += data.rotation[k, 3 * i + c] * data.dead[k, i + 3]
             total += moment * data.eta[k, c] + force * data.eta[k, c + 3]
     return total
 

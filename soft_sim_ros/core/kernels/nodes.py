@@ -58,9 +58,9 @@ def node_matrices(model, data, k, inertia, gyro, turning):
     arm_rate = mscale(mass, skew(v_node))
     hm, hn = skew(h_moment), skew(push)
     # dead wrench and weight, turning with the section in body components: δF = ω × (…)
-    force = load_vec(data.dead[k, 3:])
-    force = add(force, scale(mass, load_vec(data.gravity)))
-    moment = load_vec(data.dead[k])
+    force, moment = scale(mass, load_vec(data.gravity)), (0.0, 0.0, 0.0)
+    if data.active[0] != 0:
+        force, moment = add(force, load_vec(data.dead[k, 3:])), load_vec(data.dead[k])
     fx = skew(force)
     turn_moment = madd(skew(moment), mul(px, fx))
     for a in range(3):

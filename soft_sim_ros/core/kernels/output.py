@@ -17,7 +17,7 @@ from .dual import (
 )
 from .jit import kernel
 from .rotation import exp_translation, rotation_exp, stumpff
-from .sweep import kinematics, strains, tendon_direction
+from .sweep import kinematics, place, strains, tendon_direction
 
 
 @kernel
@@ -28,6 +28,7 @@ def energies(model, data, q, v, zero):
     """
     strains(model, data, q, v, zero)
     kinematics(model, data)
+    place(model, data)
     kinetic, weight, elastic = 0.0, 0.0, 0.0
     for k in range(model.inertia.shape[0]):
         mass = model.inertia[k, 0]
@@ -97,6 +98,7 @@ def sample_poses(model, data, samples, base, q, zero, poses):
     """
     strains(model, data, q, zero, zero)
     kinematics(model, data)
+    place(model, data)
     row = (base[0], base[1], base[2], base[3], base[4], base[5], base[6], base[7], base[8])
     origin = (base[9], base[10], base[11])
     xi = data.xi[0]  # overwritten: every reader of data.xi fills it first
@@ -114,10 +116,10 @@ def sample_poses(model, data, samples, base, q, zero, poses):
         k = samples.node[p]
         rotation = mul(row, load_mat(data.rotation[k]))
         shift = apply(rotation, exp_translation(omega[0], omega[1], c))
-        place = add(add(origin, apply(row, load_vec(data.position[k]))), shift)
+        spot = add(add(origin, apply(row, load_vec(data.position[k]))), shift)
         x, y, z, w = quaternion(mul(rotation, rotation_exp(omega[0], c)))
         old = poses[p, 3] * x + poses[p, 4] * y + poses[p, 5] * z + poses[p, 6] * w
         if old < 0.0:
             x, y, z, w = -x, -y, -z, -w
-        store_twist(poses[p], (place, (x, y, z)))
+        store_twist(poses[p], (spot, (x, y, z)))
         poses[p, 6] = w

@@ -56,12 +56,11 @@ def strains(model, data, q, v, a):
 
 @kernel
 def kinematics(model, data):
-    """Carry pose, twist and acceleration from base to tip; data.xi must be filled.
+    """Carry twist and acceleration from base to tip; data.xi must be filled.
 
     data.acc is the acceleration minus gravity, which makes weight an inertial force.
     """
-    rotation, position = load_mat(data.rotation[0]), load_vec(data.position[0])
-    gravity = apply_t(rotation, load_vec(data.gravity))
+    gravity = load_vec(data.gravity)
     eta = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     acc = ((0.0, 0.0, 0.0), scale(-1.0, gravity))
     store_twist(data.eta[0], eta)
@@ -89,10 +88,6 @@ def kinematics(model, data):
         shift = exp_translation(omega[0], omega[1], c)
         store_mat(data.relative[k], turn)
         store_vec(data.relative[k, 9:], shift)
-        position = add(position, apply(rotation, shift))
-        rotation = mul(rotation, turn)
-        store_mat(data.rotation[k + 1], rotation)
-        store_vec(data.position[k + 1], position)
         velocity, rate = tangent_apply(omega, u, z, c)
         # η⁺ = Ad⁻¹η + v,  η̇⁺ = Ad⁻¹η̇ − [v, Ad⁻¹η] + v̇
         carried = (apply_t(turn, eta[0]), apply_t(turn, sub(eta[1], cross(shift, eta[0]))))
@@ -104,6 +99,17 @@ def kinematics(model, data):
 
 
 @kernel
+def place(model, data):
+    """Fill orientation and position of every node in the base frame from the last kinematics."""
+    rotation, position = load_mat(data.rotation[0]), load_vec(data.position[0])
+    for k in range(len(model.half)):
+        position = add(position, apply(rotation, load_vec(data.relative[k, 9:])))
+        rotation = mul(rotation, load_mat(data.relative[k]))
+        store_mat(data.rotation[k + 1], rotation)
+        store_vec(data.position[k + 1], position)
+
+
+@kernel
 def node_wrench(model, data, k):
     """Return inertial minus external wrench of node k in its own frame, as N + εM."""
     mass = model.inertia[k, 0]
@@ -112,10 +118,13 @@ def node_wrench(model, data, k):
     j1, j2, j3 = model.inertia[k, 1], model.inertia[k, 2], model.inertia[k, 3]
     spin = (j1 * eta[0][0], j2 * eta[0][1], j3 * eta[0][2])
     moment = add((j1 * acc[0][0], j2 * acc[0][1], j3 * acc[0][2]), cross(eta[0], spin))
-    rotation = load_mat(data.rotation[k])
-    dead, follower = load_wrench(data.dead[k]), load_wrench(data.follower[k])
-    force = sub(sub(force, apply_t(rotation, dead[0])), follower[0])
-    moment = sub(sub(moment, apply_t(rotation, dead[1])), follower[1])
+    if data.active[0] != 0:
+        rotation, dead = load_mat(data.rotation[k]), load_wrench(data.dead[k])
+        force = sub(force, apply_t(rotation, dead[0]))
+        moment = sub(moment, apply_t(rotation, dead[1]))
+    if data.active[1] != 0:
+        follower = load_wrench(data.follower[k])
+        force, moment = sub(force, follower[0]), sub(moment, follower[1])
     return (force, moment)
 
 
@@ -201,6 +210,8 @@ def inverse_dynamics(model, data, q, v, a, r):
         r[i] = 0.0
     strains(model, data, q, v, a)
     kinematics(model, data)
+    if data.active[0] != 0:
+        place(model, data)
     project(model, data, r)
     internal_forces(model, q, v, r)
     actuation(model, data, q, r)

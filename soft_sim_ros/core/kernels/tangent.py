@@ -28,7 +28,7 @@ from .products import (
     product_add,
     product_t_add,
 )
-from .sweep import tendon_direction
+from .sweep import place, tendon_direction
 from .system import rows
 
 
@@ -190,6 +190,7 @@ def tangent(model, data, alpha, system):
         system.diagonal[i] = 0.0
     for i in range(len(system.exerts)):
         system.exerts[i] = 0.0
+    place(model, data)
     tail = np.zeros((3, 6, 6))
     for b in range(len(model.block_col) - 2, -1, -1):
         block_tangent(model, data, alpha, b, tail, system)
