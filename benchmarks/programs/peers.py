@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
+import resource
+import signal
 import subprocess
-import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,8 @@ from .environments import PINS, clean, interpreter
 
 HERE = Path(__file__).parent
 ENVIRONMENT = {"pyelastica": "elastica", "soromox": "soromox"}
-# s for one timed run, and for all runs of one case with everything that surrounds them
-LIMITS = {"pyelastica": (15.0, 60.0), "soromox": (12.0, 160.0)}
+# CPU s for one timed run, and for all runs of one case with everything that surrounds them
+LIMITS = {"pyelastica": (15, 75), "soromox": (25, 150)}
 
 
 def version(program: str) -> str:
@@ -51,14 +51,12 @@ def runs(program: str, case: Case, settings: list[dict[str, Any]]) -> Iterator[d
     python = interpreter(ENVIRONMENT[program])
     command = [str(python), str(HERE / f"child_{program}.py")]
     child = subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=clean()
-    )
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=clean(),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (everything, everything)),
+    )  # fmt: skip
     assert child.stdin is not None and child.stdout is not None
     json.dump({"case": case.as_dict(), "settings": settings, "limit": each}, child.stdin)
     child.stdin.close()
-    begin = time.monotonic()
-    stop = threading.Timer(everything, child.kill)
-    stop.start()
     done = 0
     try:
         for line in child.stdout:
@@ -66,11 +64,9 @@ def runs(program: str, case: Case, settings: list[dict[str, Any]]) -> Iterator[d
             yield json.loads(line)
         code = child.wait()
     finally:
-        stop.cancel()
         child.kill()
-    if done < len(settings):
-        late = time.monotonic() - begin >= everything
-        why = f"all runs of the case took {everything:g} s" if late else f"child ended with {code}"
-        for left in settings[done:]:
-            outcome = "skipped" if late else "refused"
-            yield {"settings": left, "outcome": outcome, "reason": why, "wall_s": None, "tip": []}
+    late = code in (-signal.SIGXCPU, -signal.SIGKILL)
+    why = f"all runs of the case took {everything} s" if late else f"child ended with {code}"
+    for left in settings[done:]:
+        outcome = "skipped" if late else "refused"
+        yield {"settings": left, "outcome": outcome, "reason": why, "wall_s": None, "tip": []}
