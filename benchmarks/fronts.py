@@ -21,9 +21,7 @@ def cost(entry: dict[str, Any]) -> float:
 def front(entries: Entries) -> list[tuple[float, float]]:
     """Return (error, s) of the runs that no other run beats in both, error falling."""
     points = sorted(
-        (cost(e), e["error_rel"])
-        for e in entries
-        if e["outcome"] == "completed" and e["error_rel"]
+        (cost(e), e["error_rel"]) for e in entries if e["outcome"] == "completed" and e["error_rel"]
     )
     out: list[tuple[float, float]] = []
     for wall, error in points:

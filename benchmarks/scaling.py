@@ -59,7 +59,8 @@ def main(programs: list[str]) -> None:
                     "coordinates": coordinates, "wall_s_per_step": cost,
                     "newton_iterations_per_step": iterations, "step": STEP,
                 })  # fmt: skip
-                print(f"  scaling: order {order}, {count} elements: {cost * 1e6:.0f} us", flush=True)
+                said = f"order {order}, {count} elements: {cost * 1e6:.0f} us"
+                print(f"  scaling: {said} per step", flush=True)
     if "pyelastica" in programs:
         settings = [{"elements": count, "clamp": "plain"} for count in (10, 20, 50, 100, 200)]
         for result in peers.runs("pyelastica", CASE, settings):

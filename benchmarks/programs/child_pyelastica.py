@@ -114,6 +114,7 @@ class SectionMoments(ea.NoForces):
 
 @njit(cache=True)
 def section_moments(kappa, voronoi, spans, row, torque):
+    """Add the couples of internal moments ``row`` along spans of (first, last, axis)."""
     for c in range(spans.shape[0]):
         first, last, axis = spans[c, 0], spans[c, 1], spans[c, 2]
         for k in range(first, last):
@@ -143,10 +144,8 @@ class HubTorque(ea.NoForces):
             )
 
 
-class Simulator(
-    ea.BaseSystemCollection, ea.Constraints, ea.Forcing, ea.CallBacks, ea.Damping
-):  # fmt: skip
-    pass
+class Simulator(ea.BaseSystemCollection, ea.Constraints, ea.Forcing):
+    """What a run needs of PyElastica's modules."""
 
 
 # PyElastica: (d1, d2, d3) with d3 along the rod; here: (x along the rod, y, z).
@@ -178,6 +177,7 @@ def helix(case, s):
 
 
 def build(case, settings):
+    """Return (simulator, rod, element length)."""
     n, length = settings["elements"], case["length"]
     r, rho, young, eta = case["radius"], case["density"], case["young"], case["viscosity"]
     # bending starts half an element after the first node
@@ -266,7 +266,7 @@ def build(case, settings):
 
 
 def estimated_step(case, dl):
-    """A step that is surely stable: explicit waves, shear over rotary inertia, lagged damping."""
+    """Return a step that is stable: explicit waves, shear over rotary inertia, lagged damping."""
     speed = np.sqrt(case["young"] / case["density"])
     shear = np.sqrt(case["shear"] / case["density"]) / (0.5 * case["radius"])
     top = np.hypot(2.0 * speed / dl, shear)
@@ -280,7 +280,8 @@ def survives(case, settings, h, steps):
     (block,) = simulator.final_systems()
     rng = np.random.default_rng(0)
     size = 1e-6 * np.sqrt(case["young"] / case["density"])
-    block.velocity_collection[:, 1:] += size * rng.normal(size=block.velocity_collection[:, 1:].shape)
+    moving = block.velocity_collection[:, 1:]
+    moving += size * rng.normal(size=moving.shape)
     stepper, time_now = ea.PositionVerlet(), np.float64(0.0)
     with np.errstate(all="ignore"):
         for _ in range(steps):
@@ -300,6 +301,7 @@ def largest_stable_step(case, settings, dl):
 
 
 def run(case, settings, limit):
+    """Run one setting at its largest stable step."""
     simulator, rod, dl = build(case, settings)
     stepper = ea.PositionVerlet()
     stable = largest_stable_step(case, settings, dl)
@@ -339,6 +341,7 @@ def run(case, settings, limit):
 
 
 def main():
+    """Read the job, print a line per run."""
     job = json.load(sys.stdin)
     for settings in job["settings"]:
         result = run(job["case"], settings, job["limit"])

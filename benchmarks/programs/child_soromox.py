@@ -36,7 +36,7 @@ UPRIGHT = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]  # quaternion x y z w, then the po
 
 
 def tendons(case, segments):
-    """The case's tendon as an actuator: offset = intercept + slope · s."""
+    """Return the case's tendon as an actuator: offset = intercept + slope · s."""
     if not case["tendon"]:
         return {}
     start, end = (np.array([0.0, *case["tendon"][key]]) for key in ("start", "end"))
@@ -91,7 +91,7 @@ def build(case, settings):
         )
         at = 1 if case["hinge"] else 0
     for k in range(len(links)):
-        for strain, f, order in zip(STRAINS, free, orders):
+        for strain, f, order in zip(STRAINS, free, orders, strict=True):
             if f:
                 index[k, strain] = at
                 at += order + 1
@@ -128,7 +128,7 @@ def forcing(case, index, lengths, split, size):
 
 
 def jumps(case):
-    """Times at which the loads are not smooth."""
+    """Return times at which the loads are not smooth."""
     if case["moments"] and len(case["moments"]["values"]) > 1:
         period = case["moments"]["period"]
         return period * np.arange(1, len(case["moments"]["values"]))
@@ -139,6 +139,7 @@ def jumps(case):
 
 
 def compiled(case, settings):
+    """Return (coordinates, compiled roll-out, tips of coordinates) of one model and solver."""
     robot, index, lengths, split = build(case, settings)
     size = robot.num_coordinates
     environment = forcing(case, index, lengths, split, size)
@@ -182,6 +183,7 @@ def compiled(case, settings):
 
 
 def run(case, settings, limit, kept):
+    """Run one setting; ``kept`` holds the last compiled roll-out."""
     out = {"tip": []}
     key = json.dumps({k: v for k, v in settings.items() if k != "accuracy"})
     times = jnp.array(case["duration"] / case["outputs"] * np.arange(1, case["outputs"] + 1))
@@ -226,6 +228,7 @@ def run(case, settings, limit, kept):
 
 
 def main():
+    """Read the job, print a line per run."""
     job = json.load(sys.stdin)
     kept = {}
     for settings in job["settings"]:
