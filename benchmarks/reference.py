@@ -58,7 +58,7 @@ def first_settings(case: Case) -> dict[str, Any]:
 def second_settings(case: Case) -> dict[str, Any]:
     """Return the settings of the second discretisation; Radau does not use its step."""
     single = len(case.sections) == 1
-    if case.hinge:
+    if without_radau(case):
         orders = {"kind": "chebyshev", "order": 8, "elements": 2, "nodes": 60}
         return orders | {"step": STEPS[case.name] / 2.5, "integrator": "sdirk3"}
     return {

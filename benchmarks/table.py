@@ -28,6 +28,8 @@ def peer_cell(entries: fronts.Entries, mine: float | None, error: float) -> str:
         return "–"
     if outcomes == {"unsupported"}:
         return "unsupported"
+    if "completed" not in outcomes:
+        return "/".join(sorted(outcomes))
     cost = fronts.cost_at(entries, error)
     if cost is None:
         errors = [e["error_rel"] for e in entries if e["error_rel"]]
