@@ -158,13 +158,17 @@ class Simulation:
         """Refuse coordinates that move no mass: their motion has no equation."""
         if not 0 < self.n_coordinates <= MASS_CHECKED:
             return
-        scale = 1.0 / self.model.weight
-        values, shapes = np.linalg.eigh(self.dynamics.mass_matrix(q) * np.outer(scale, scale))
-        if not values[0] > 1e-15 * values[-1]:
-            worst = self.coordinate_names[int(np.argmax(np.abs(shapes[:, 0])))]
-            expected = (
-                f"a mass that its coordinate {worst!r} moves (more nodes, or a body after it)"
-            )
+        mass = self.dynamics.mass_matrix(q)
+        diagonal = np.diag(mass)
+        worst = int(np.argmin(diagonal))
+        vanishes = not diagonal[worst] > 0.0
+        if not vanishes:
+            # in these units every coordinate has unit mass: what vanishes is a combination of them
+            values, shapes = np.linalg.eigh(mass / np.sqrt(np.outer(diagonal, diagonal)))
+            worst, vanishes = int(np.argmax(np.abs(shapes[:, 0]))), not values[0] > 1e-14
+        if vanishes:
+            name = self.coordinate_names[worst]
+            expected = f"a mass that its coordinate {name!r} moves (more nodes, or a body after it)"
             raise SceneError(self.scene.file, "bodies", self.scene.name, expected)
 
     def reset(self) -> None:
