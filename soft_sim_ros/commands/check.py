@@ -5,10 +5,14 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from soft_sim_ros.commands.progress import compiling
 from soft_sim_ros.commands.shell import DONE, verb
 from soft_sim_ros.core.modes import frequencies, recommended_step
 from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.errors import StaticsFailed
 from soft_sim_ros.scene import Rod, Scene, load_scene, summary, total_mass
 
 # heading, field of the summary
@@ -33,12 +37,37 @@ def main(argv: Sequence[str] | None = None) -> int:
     scene = load_scene(options.scene)
     for line in sections(scene):
         print(line)
+    for warning in doubts(scene):  # first: they may explain why the rest fails
+        print(f"warning: {warning}")
     with compiling():
         simulation = Simulation(scene)
-        rest = list(numbers(simulation))
-    for line in rest:
+        lines = list(numbers(simulation))
+    for line in lines:
         print(line)
     return DONE
+
+
+def doubts(scene: Scene) -> Iterator[str]:
+    """Give what is allowed but looks like another unit, or like no rod."""
+    for body in scene.bodies:
+        if not isinstance(body, Rod):
+            continue
+        for section in body.sections:
+            where = f"{body.name}/{section.name}"
+            area = float(np.max(section.cross_section.area(np.array([0.0, 1.0]))))
+            width = 2.0 * np.sqrt(area / np.pi)
+            if width > 1.0 or section.length > 20.0:
+                size = f"{width:.3g} m wide and {section.length:g} m long"
+                yield f"{where} is {size}: lengths are in m"
+            if section.length < 1e-3:
+                yield f"{where} is {section.length:g} m long: lengths are in m"
+            if body.length < 5.0 * width:
+                yield f"{where} is {width:.3g} m wide in a rod of {body.length:g} m: not slender"
+            material = section.material
+            if not 10.0 <= material.density <= 25000.0:
+                yield f"{where} has {material.density:g} kg/m³: densities are in kg/m³"
+            if not 1e3 <= material.young_modulus <= 1.5e12:
+                yield f"{where} has {material.young_modulus:g} Pa: moduli are in Pa"
 
 
 def sections(scene: Scene) -> Iterator[str]:
@@ -70,19 +99,31 @@ def sections(scene: Scene) -> Iterator[str]:
         yield "  ".join([first[0].ljust(first[1]), *(text.rjust(w) for text, w in others)])
 
 
+def rest(simulation: Simulation) -> tuple[np.ndarray, str]:
+    """Give coordinates (n,) about which the arm swings, and what they are, in words."""
+    dynamics, initial = simulation.dynamics, simulation.scene.initial
+    if initial.state == "equilibrium":
+        return simulation.q, "the initial equilibrium"
+    efforts = np.array([actuator.safe for actuator in simulation.scene.actuators])
+    try:
+        return equilibrium(dynamics, efforts=efforts), "the equilibrium under weight and loads"
+    except StaticsFailed:
+        return simulation.q, "the initial state, which is not at rest"
+
+
 def numbers(simulation: Simulation) -> Iterator[str]:
     """Give what the compiled scene says about size, speed and stiffness."""
     dynamics, numerics = simulation.dynamics, simulation.scene.numerics
-    hertz = frequencies(dynamics, simulation.q, MODES)
+    q, state = rest(simulation)
+    hertz = frequencies(dynamics, q, MODES)
     hertz[abs(hertz) < ZERO] = 0.0
-    state = simulation.scene.initial.state
     yield f"coordinates       {simulation.n_coordinates}"
-    yield f"frequencies       {', '.join(f'{f:.4g}' for f in hertz)} Hz (at the {state})"
+    yield f"frequencies       {', '.join(f'{f:.4g}' for f in hertz)} Hz (about {state})"
     if (hertz < 0.0).any():
-        yield "                  negative: no stable rest here"
+        yield "                  negative: the arm leaves this state by itself"
     yield f"memory            {_size(simulation.nbytes)} for model, state and solver"
     yield f"step              {numerics.step:g} s, {numerics.integrator}"
-    yield f"recommended step  {recommended_step(dynamics, simulation.q):g} s"
+    yield f"recommended step  {recommended_step(dynamics, q):g} s"
 
 
 def _size(count: int) -> str:

@@ -101,8 +101,12 @@ class Rerun:
             elif key in INPUTS:
                 order = read_order(self._inputs, key, message.data, self._frame_id)
                 self._inputs.take(order)
-            elif key == "events" and _text(message) == "reset":
-                self._inputs.reset()
+            elif key == "events":
+                text = _text(message)
+                if text == "reset":
+                    self._inputs.reset()
+                elif text.startswith("diverged"):
+                    self._inputs.update()  # the step that failed had the inputs of its start
         return result
 
     def _advance_to(self, message: LoggedMessage) -> None:

@@ -100,8 +100,8 @@ class Rollout:
             self._ended_by = "duration"
         except SolverError as error:
             self._ended_by = f"diverged: {error}"
+            self._event(self._ended_by)  # first: the inputs that broke the step are in force now
             self._emit()
-            self._event(self._ended_by)
             raise
         finally:
             self._seconds = time.perf_counter() - begin

@@ -100,6 +100,7 @@ class Physics:
         self._wake = threading.Event()
         self._stop = threading.Event()
         self._ledger_due_ns = 0
+        self._log_trouble = (False, False)
         self._thread = threading.Thread(target=self._main, name="physics", daemon=True)
 
     # From other threads.
@@ -225,8 +226,9 @@ class Physics:
     def _give_up(self, error: Diverged) -> None:
         self.diverged = self.last_error = str(error)
         self.paused = True
-        self._emit()
+        # the event comes first: from it on the inputs that broke the step are in force
         self._event(f"diverged: {error}")
+        self._emit()
         if self._exit_on_error:
             self._complain(f"the solver gave up {error}; ending, as exit_on_error says")
             self._stop.set()
@@ -253,6 +255,17 @@ class Physics:
         if now >= self._ledger_due_ns:
             self._ledger_due_ns = now + _LEDGER_PERIOD_NS
             self._look_at_ledger()
+            self._look_at_log()
+
+    def _look_at_log(self) -> None:
+        """Complain once when recording begins to fail, and once when messages begin to be lost."""
+        if self.log is None:
+            return
+        trouble = (self.log.error is not None, self.log.dropped > 0)
+        if trouble != self._log_trouble:
+            self._log_trouble = trouble
+            lost = f", {self.log.dropped} messages dropped so far" if self.log.dropped else ""
+            self._complain(f"recording is in trouble: {self.log.error or 'too slow'}{lost}")
 
     def _look_at_ledger(self) -> None:
         self.residual = float(np.asarray(self.simulation.ledger())[_RESIDUAL])

@@ -182,9 +182,14 @@ class Arm:
             words.append(f"{self.log.written} messages recorded in {self.settings.record}{lost}")
             if self.log.error:
                 words.append(f"recording error: {self.log.error}")
-        bad = physics.failure or physics.diverged
+        lossy = self.log is not None and (self.log.dropped > 0 or self.log.error is not None)
+        if lossy:
+            words.append("`recover` makes a clean recording of what is there")
+        bad = physics.failure or physics.diverged or lossy
         (log.error if bad else log.info)("; ".join(words))
-        return FAILED if physics.failure else DIVERGED if physics.diverged else ENDED
+        if physics.diverged and not physics.failure:
+            return DIVERGED
+        return FAILED if bad else ENDED
 
     def _open_log(self, topics: tuple[Topic, ...], prefix: str) -> BagWriter | None:
         if not self.settings.record:

@@ -2,6 +2,7 @@
 
 import math
 import re
+from pathlib import Path
 
 import pytest
 
@@ -38,3 +39,26 @@ def test_frequencies_size_and_step(printed):
     assert re.match(r"\d+ KiB", lines["memory"])
     assert lines["step"].startswith("0.002 s")
     assert 0 < float(lines["recommended step"].split()[0]) <= 1 / hertz[2] / 100
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "words"),
+    [
+        ("radius: 0.012", "radius: 12", "lengths are in m"),
+        ("density: 1100.0", "density: 1.1", "densities are in kg/m³"),
+        ("young_modulus: 1.0e+6", "young_modulus: 1.0", "moduli are in Pa"),
+    ],
+)
+def test_numbers_that_look_like_another_unit_are_doubted(
+    tmp_path, call, capsys, right, wrong, words
+):
+    text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    scene = re.search(r"```yaml\n(name: reed.*?)```", text, re.DOTALL).group(1)
+    good, bad = tmp_path / "good.yaml", tmp_path / "bad.yaml"
+    good.write_text(scene)
+    bad.write_text(scene.replace(right, wrong))
+    assert right in scene
+    assert call("check", good) == 0
+    assert "warning" not in capsys.readouterr().out
+    call("check", bad)
+    assert words in capsys.readouterr().out

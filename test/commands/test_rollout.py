@@ -63,6 +63,10 @@ def test_a_diverging_run_ends_with_a_closed_recording_and_its_reason(scene, call
     assert not run.torn
     assert run.events[-1][1].startswith("diverged: at t = 0.02")
     assert np.isfinite(run.backbone.poses).all()
+    # the last state is that after the command: the step that failed had its effort
+    assert run.joint_states.effort[-1, 0] == 1e6
+    assert call("rerun", out) == 0
+    assert "0 bits different" in capsys.readouterr().out
 
 
 def test_a_second_run_does_not_touch_the_first(recording, scene, call, capsys):
