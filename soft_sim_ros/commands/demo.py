@@ -186,14 +186,16 @@ def tell(n: dict[str, Any]) -> Iterator[str]:
     )
     yield (
         f"step             {n['step_s'] * 1e3:g} ms; cost p50 {cost['p50_us']:.0f} µs, "
-        f"p99 {cost['p99_us']:.0f} µs, worst {cost['worst_us']:.0f} µs; {n['overruns']} overruns"
+        f"p99 {cost['p99_us']:.0f} µs, worst {cost['worst_us']:.0f} µs "
+        f"(means over a control period); {n['overruns']} deadlines missed"
     )
     yield (
         f"commands         {driven['commands_sent'] + driven['wrenches_sent']} sent, "
         f"{n['commands']['accepted']} taken up, {n['commands']['refused']} refused"
     )
     yield (
-        f"messages         {sum(n['messages_sent'].values())} sent, {kept['recorded']} recorded, "
+        f"messages         {sum(n['messages_sent'].values())} sent where somebody listens, "
+        f"{kept['recorded']} recorded, "
         f"{kept['dropped']} dropped"
     )
     yield (

@@ -45,6 +45,7 @@ def main(args: list[str] | None = None) -> int:
     args = list(sys.argv[1:] if args is None else args)
     with Signals() as signals:
         try:
+            _check_assignments(args)
             start(_parser(), args)
             return _run(signals)
         except StartError as error:
@@ -55,6 +56,14 @@ def main(args: list[str] | None = None) -> int:
             return ENDED
         finally:
             rclpy.try_shutdown()
+
+
+def _check_assignments(args: list[str]) -> None:
+    """Refuse NAME:=VALUE of a parameter without -p: rcl would take it for a remapping."""
+    names = {row.name for row in TABLE}
+    for before, word in zip(["", *args], args, strict=False):
+        if word.split(":=")[0] in names and ":=" in word and before not in ("-p", "--param"):
+            raise StartError(f"{word} changes nothing; did you mean --ros-args -p {word}?")
 
 
 def _parser() -> argparse.ArgumentParser:

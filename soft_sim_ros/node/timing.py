@@ -51,18 +51,29 @@ class StepCosts:
         p50, p99 = np.percentile(np.repeat(per_step, steps), (50, 99))
         return Window(int(steps.sum()), float(p50), float(p99), float(per_step[worst]))
 
+    def _percentile(self, share: float) -> float | None:
+        """Cost in µs that a share of all steps stays below, interpolated inside its bin."""
+        if not self.steps:
+            return None
+        counts = np.cumsum(self.histogram)
+        bin = int(np.searchsorted(counts, share * self.steps))
+        if bin == 0 or bin == len(EDGES_NS):
+            return EDGES_NS[min(bin, len(EDGES_NS) - 1)] * 1e-3
+        low, high = EDGES_NS[bin - 1] * 1e-3, EDGES_NS[bin] * 1e-3
+        before = counts[bin] - self.histogram[bin]
+        part = (share * self.steps - before) / self.histogram[bin]
+        return float(low * (high / low) ** part)
+
     def summary(self) -> dict:
         """Totals as plain numbers: µs per step, and the bins that are not empty."""
         self.look()
         filled = np.flatnonzero(self.histogram)
         edges = np.concatenate([[0.0], EDGES_NS, [np.inf]]) * 1e-3
-        share = np.cumsum(self.histogram) / max(self.steps, 1)
-        upper = edges[1:]
         return {
             "steps": self.steps,
             "mean_us": self.total_ns / self.steps * 1e-3 if self.steps else None,
-            "p50_us": _finite(upper[np.searchsorted(share, 0.50)]) if self.steps else None,
-            "p99_us": _finite(upper[np.searchsorted(share, 0.99)]) if self.steps else None,
+            "p50_us": self._percentile(0.50),
+            "p99_us": self._percentile(0.99),
             "worst_us": self.worst_ns / 1e3,
             "worst_at_s": self.worst_time_ns / 1e9,
             "histogram": [

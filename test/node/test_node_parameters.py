@@ -145,3 +145,11 @@ def test_the_manual_has_the_table_of_the_parameters():
         )
         for row in TABLE
     }
+
+
+@pytest.mark.parametrize("words", [["scene:=tendon_arm"], ["--ros-args", "scene:=tendon_arm"]])
+def test_a_parameter_without_its_flag_is_refused(words, capsys):
+    from soft_sim_ros.node.simulate import main
+
+    assert main(words) == 2
+    assert "-p scene:=tendon_arm" in capsys.readouterr().err
