@@ -1,5 +1,6 @@
 """What callers of Simulation rely on."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +23,19 @@ def test_grouping_steps_into_calls_changes_no_bit():
             simulation.sampler(5).poses()
     assert one.q.tobytes() == two.q.tobytes() and one.v.tobytes() == two.v.tobytes()
     assert one.time_ns == two.time_ns == 60 * one.step_ns
+
+
+def test_steps_allocate_nothing_in_python():
+    simulation = Simulation(scene_of(zoo_document()))
+    simulation.set_efforts([0.1, 0.2, 5.0, 3.0])
+    simulation.advance(10)
+    peaks = []
+    for steps in (1, 500):
+        tracemalloc.start()
+        simulation.advance(steps)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] <= peaks[0] + 1000  # bytes; a call has its price, a step has none
 
 
 def test_reset_brings_back_the_same_bits_and_time_goes_on():
