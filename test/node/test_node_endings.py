@@ -1,7 +1,9 @@
 """However a run ends: a closed recording, a summary, a last word and the right exit code."""
 
 import json
+import os
 import signal
+import subprocess
 import time
 from pathlib import Path
 
@@ -160,3 +162,25 @@ def test_an_existing_recording_is_not_overwritten(tmp_path):
     assert second.wait(60.0) == 2
     assert "already holds a recording" in second.text
     assert {path: path.read_bytes() for path in record.iterdir()} == before
+
+
+@pytest.fixture
+def tiny_disk(tmp_path):
+    """Give a file system of 200 kB."""
+    if os.geteuid() != 0:
+        pytest.skip("only root may mount a small file system")
+    folder = tmp_path / "tiny"
+    folder.mkdir()
+    subprocess.run(["mount", "-t", "tmpfs", "-o", "size=200k", "tmpfs", folder], check=True)
+    yield folder
+    subprocess.run(["umount", "-l", folder], check=True)
+
+
+def test_a_full_disk_is_said_while_running_and_at_the_end_and_the_arm_lives_on(tmp_path, tiny_disk):
+    program = simulator(tmp_path, scene=SCENE, record=tiny_disk / "run", publish_rate=200)
+    program.wait_for_text("recording is in trouble", 30.0)
+    assert program.process.poll() is None
+    program.send(signal.SIGINT)
+    assert program.wait(60.0) == 1, program.text
+    last_line = program.text.strip().splitlines()[-1]
+    assert "ERROR" in last_line and "recover" in last_line
