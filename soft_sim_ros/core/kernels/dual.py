@@ -245,12 +245,6 @@ def dspherical(s):
 
 
 @kernel
-def dapply(m, a):
-    """Return the product of dual matrix and dual vector."""
-    return (apply(m[0], a[0]), add(apply(m[0], a[1]), apply(m[1], a[0])))
-
-
-@kernel
 def dapply_t(m, a):
     """Return the product of the transposed dual matrix and a dual vector."""
     return (apply_t(m[0], a[0]), add(apply_t(m[0], a[1]), apply_t(m[1], a[0])))
