@@ -43,7 +43,11 @@ def first_settings(case: Case) -> dict[str, Any]:
     single = len(case.sections) == 1
     if case.hinge:
         orders = {"kind": "legendre", "order": 9, "elements": 2, "nodes": 70}
-        return orders | {"step": STEPS[case.name], "integrator": "sdirk4", "tolerance": 1e-12}
+        return orders | {
+            "step": STEPS[case.name],
+            "integrator": "sdirk4",
+            "newton_tolerance": 1e-12,
+        }
     return {
         "kind": "legendre",
         "order": 9 if single else 8,
@@ -51,7 +55,7 @@ def first_settings(case: Case) -> dict[str, Any]:
         "nodes": 60 if single else 50,
         "step": STEPS[case.name],
         "integrator": "sdirk4",
-        "tolerance": 1e-12,
+        "newton_tolerance": 1e-12,
     }
 
 

@@ -34,7 +34,7 @@ class Run:
 def document(case: Case, settings: dict[str, Any]) -> dict[str, Any]:
     """Return the scene document of a case.
 
-    settings : order (int, or by strain), elements, kind, nodes, step, integrator, tolerance
+    settings : order (int, or by strain), elements, kind, nodes, step, integrator, newton_tolerance
     """
     basis: dict[str, Any] = {
         "kind": settings.get("kind", "legendre"),
@@ -77,7 +77,7 @@ def document(case: Case, settings: dict[str, Any]) -> dict[str, Any]:
         "numerics": {
             "step": settings["step"],
             "integrator": settings.get("integrator", "sdirk2"),
-            "tolerance": settings.get("tolerance", 1e-9),
+            "newton_tolerance": settings.get("newton_tolerance", 1e-9),
             "basis": basis,
         },
     }

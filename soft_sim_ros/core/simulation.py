@@ -252,7 +252,7 @@ class Simulation:
             self._method,
             self._tip,
             self._tip_follows,
-            numerics.tolerance,
+            numerics.newton_tolerance,
             numerics.max_iterations,
             self.time_ns,
             self.step_ns,

@@ -47,7 +47,7 @@ class Numerics:
     step: float = 0.002
     integrator: str = "sdirk2"
     options: dict[str, float] = field(default_factory=dict)
-    tolerance: float = 1e-9
+    newton_tolerance: float = 1e-9
     max_iterations: int = 20
     basis: Basis = field(default_factory=Basis)
     rods: dict[str, Basis] = field(default_factory=dict)
@@ -57,7 +57,9 @@ def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
     """Read ``numerics``."""
     rods = [body for body in bodies if isinstance(body, Rod)]
     active = tuple(s for s in STRAINS if any(s in rod.strains for rod in rods))
-    reader.only("step", "integrator", "options", "tolerance", "max_iterations", "basis", "rods")
+    reader.only(
+        "step", "integrator", "options", "newton_tolerance", "max_iterations", "basis", "rods"
+    )
     basis = _read_basis(reader.mapping("basis"), Basis(), active)
     bases: dict[str, Basis] = {}
     overrides = reader.mapping("rods").only(*(rod.name for rod in rods))
@@ -67,7 +69,7 @@ def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
         step=_read_step(reader),
         integrator=reader.choice("integrator", INTEGRATORS, default="sdirk2"),
         options=_read_options(reader.mapping("options")),
-        tolerance=reader.number("tolerance", Interval.parse("(0, 1)"), default=1e-9),
+        newton_tolerance=reader.number("newton_tolerance", Interval.parse("(0, 1)"), default=1e-9),
         max_iterations=reader.whole("max_iterations", Interval.parse("[1, 1000]"), default=20),
         basis=basis,
         rods=bases,

@@ -43,7 +43,7 @@ def document():
             {"point": "turn", "body": "shank", "moment": FOLLOWER.tolist(), "frame": "body"},
         ],
         "initial": {"positions": {"hip": 0.4, "knee": -0.9}, "velocities": {"hip": 1.5}},
-        "numerics": {"step": 0.002, "integrator": "sdirk4", "tolerance": 1e-12},
+        "numerics": {"step": 0.002, "integrator": "sdirk4", "newton_tolerance": 1e-12},
     }
 
 

@@ -300,7 +300,7 @@ def test_angular_momentum_about_a_free_vertical_axis_is_kept(integrator):
         gravity=(0, 0, -9.81),
         radius=0.02,
         numerics={"basis": {"order": 2}, "step": 0.002, "integrator": integrator,
-                  "tolerance": 1e-12},
+                  "newton_tolerance": 1e-12},
         initial={"velocities": {"hub": 4.0}},
     )  # fmt: skip
     document["bodies"].insert(0, {"joint": "hub", "kind": "revolute", "axis": [0, 0, 1]})

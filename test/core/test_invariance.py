@@ -26,7 +26,7 @@ def moved(document, turn, shift):
 
 
 def run(document):
-    document["numerics"] |= {"step": 0.005, "tolerance": 1e-12}
+    document["numerics"] |= {"step": 0.005, "newton_tolerance": 1e-12}
     simulation = Simulation(scene_of(document))
     simulation.set_efforts([0.1, 0.2, 5.0, 3.0])
     simulation.advance(40)

@@ -125,7 +125,7 @@ def swing(step, integrator, duration=0.32, viscosity=2000.0, **options):
             "basis": {"order": 2},
             "step": step,
             "integrator": integrator,
-            "tolerance": 1e-12,
+            "newton_tolerance": 1e-12,
             "options": options,
         },
     )
@@ -187,7 +187,7 @@ def test_conservative_method_keeps_the_energy_of_undamped_motion():
             "basis": {"order": 2},
             "step": 0.002,
             "integrator": "implicit_midpoint",
-            "tolerance": 1e-12,
+            "newton_tolerance": 1e-12,
         },
     )
     worst = 0.0
