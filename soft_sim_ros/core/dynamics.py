@@ -197,6 +197,38 @@ class Dynamics:
             out += jacobian[k].T @ (inertia @ rate[k] + gyroscopic @ jacobian[k])
         return out
 
+    def mass_matrix_derivative(self, q: Floats) -> Floats:
+        """Return ∂M_ij/∂q_k as [i, j, k] (n, n, n), exact.
+
+        The residual is linear in q̈ with matrix M, so M's derivative along q̈ is the difference of
+        two tangents.
+        """
+        data = self.forcing(share=0.0)
+        out = np.zeros((self.n, self.n, self.n))
+        # accelerations that load the arm as much as its own elasticity: neither drowns the other
+        law = np.abs(np.diag(self.stiffness_matrix()))
+        mass = np.diag(self.mass_matrix(q))
+        size = np.where(law > 0.0, law, mass) / mass
+        for j, a in enumerate(np.diag(size)):
+            for sign in (0.5, -0.5):
+                self.residual(q, self._zero, sign * a, data)
+                out[:, j] += 2.0 * sign * self.last_tangent((1.0, 0.0, 0.0))
+            out[:, j] /= size[j]
+        return 0.5 * (out + out.transpose(1, 0, 2))
+
+    def christoffel_symbols(self, q: Floats) -> Floats:
+        """Return c_ijk = ½(∂M_ij/∂q_k + ∂M_ik/∂q_j − ∂M_jk/∂q_i) (n, n, n) of the first kind."""
+        slope = self.mass_matrix_derivative(q)
+        return 0.5 * (slope + slope.transpose(0, 2, 1) - slope.transpose(2, 0, 1))
+
+    def christoffel_matrix(self, q: Floats, v: Floats) -> Floats:
+        """Return C_ij = Σ_k c_ijk q̇_k (n, n).
+
+        The other Coriolis matrix that makes Ṁ − 2C skew, the one behind C (1.43). It agrees with
+        ``coriolis_matrix`` on q̇, not on other vectors, and costs 2n tangents.
+        """
+        return self.christoffel_symbols(q) @ v
+
     def to_base(self, wrench: Floats) -> Floats:
         """Return the base-frame components of a wrench (6,) given along the world axes."""
         rotation = self.compiled.base[:3, :3].T

@@ -1,0 +1,6 @@
+"""Let the tests of the papers use the scenes and independent solvers of test/core."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "core"))
