@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from soft_sim_ros.commands.shell import DONE, verb
 from soft_sim_ros.core.modes import frequencies, recommended_step
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.wrench import InternalWrench
 from soft_sim_ros.errors import StaticsFailed
 from soft_sim_ros.scene import Rod, Scene, load_scene, summary, total_mass
 
@@ -33,6 +35,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Check the scene named on the command line."""
     parser = argparse.ArgumentParser(prog="check", description=__doc__)
     parser.add_argument("scene", help="scene file, or the name of one in the config folder")
+    parser.add_argument(
+        "--wrench", type=Path, metavar="FILE.png", help="draw the internal wrench along the arm"
+    )
     options = parser.parse_args(argv)
     scene = load_scene(options.scene)
     for line in sections(scene):
@@ -41,9 +46,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"warning: {warning}")
     with compiling():
         simulation = Simulation(scene)
-        lines = list(numbers(simulation))
+        q, state = rest(simulation)
+        lines = list(numbers(simulation, q, state))
     for line in lines:
         print(line)
+    if options.wrench:
+        from soft_sim_ros.report.wrench import wrench_picture
+
+        print(f"{wrench_picture(carried(simulation, q), options.wrench)} (in {state})")
     return DONE
 
 
@@ -111,10 +121,17 @@ def rest(simulation: Simulation) -> tuple[np.ndarray, str]:
         return simulation.q, "the initial state, which is not at rest"
 
 
-def numbers(simulation: Simulation) -> Iterator[str]:
-    """Give what the compiled scene says about size, speed and stiffness."""
+def carried(simulation: Simulation, q: np.ndarray) -> InternalWrench:
+    """Give what the sections carry when the arm is let go at coordinates q (n,)."""
+    dynamics = simulation.dynamics
+    efforts = np.array([actuator.safe for actuator in simulation.scene.actuators])
+    rest = np.zeros_like(q)
+    return dynamics.internal_wrench(q, rest, dynamics.forward_dynamics(q, rest, efforts))
+
+
+def numbers(simulation: Simulation, q: np.ndarray, state: str) -> Iterator[str]:
+    """Give what the compiled scene says about size, speed and stiffness about a state (n,)."""
     dynamics, numerics = simulation.dynamics, simulation.scene.numerics
-    q, state = rest(simulation)
     hertz = frequencies(dynamics, q, MODES)
     hertz[abs(hertz) < ZERO] = 0.0
     yield f"coordinates       {simulation.n_coordinates}"

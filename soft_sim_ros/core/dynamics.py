@@ -19,6 +19,7 @@ from .kernels.sweep import inverse_dynamics, place
 from .kernels.system import dense, new_system
 from .kernels.tangent import tangent
 from .model import Data, Floats, new_data
+from .wrench import InternalWrench, internal_wrench
 
 
 class Dynamics:
@@ -228,6 +229,36 @@ class Dynamics:
         ``coriolis_matrix`` on q̇, not on other vectors, and costs 2n tangents.
         """
         return self.christoffel_symbols(q) @ v
+
+    def internal_wrench(
+        self,
+        q: Floats,
+        v: Floats | None = None,
+        a: Floats | None = None,
+        *,
+        time: float = 0.0,
+        tip: Floats | None = None,
+        tip_follows: bool = False,
+    ) -> InternalWrench:
+        """Return the internal wrench on both sides of every node: Θ of A (2.1), Λ of C (1.19).
+
+        Parameters
+        ----------
+        q, v, a : (n,) a motion; at rest by default
+        time : s at which scheduled loads are taken
+        tip : (6,) moment and force at the tip along world axes, or (``tip_follows``) its own
+
+        Notes
+        -----
+        It is what balances masses and loads beyond the section, hence right whatever the section
+        law: where strains are fixed it is the reaction (A's Lagrange multipliers), at joints it
+        is what the joint bears, effort included, and along a rod it is what section *and* tendons
+        carry together. Nodes are exact at the ends of elements, and converge with the order of
+        the nodes inside. That of a state with a ≠ ``forward_dynamics`` or of no equilibrium is
+        the one the residual forces would help to make.
+        """
+        v, a = (self._zero if x is None else x for x in (v, a))
+        return internal_wrench(self, q, v, a, time=time, tip=tip, tip_follows=tip_follows)
 
     def to_base(self, wrench: Floats) -> Floats:
         """Return the base-frame components of a wrench (6,) given along the world axes."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.polynomial import Legendre
-from numpy.polynomial.legendre import leggauss
+from numpy.polynomial.legendre import leggauss, legvander
 
 from .model import Floats
 
@@ -25,3 +25,12 @@ def lobatto(count: int) -> tuple[Floats, Floats]:
     x = 0.5 * (x - x[::-1])
     w = 2.0 / (count * (count - 1) * p(x) ** 2)
     return 0.5 * (1.0 + x), 0.5 * w
+
+
+def antiderivative(x: Floats) -> Floats:
+    """Return the matrix (N, N) from values at x (N,) to ∫₀^x of the polynomial through them."""
+    # Legendre polynomials in 2x − 1 keep the matrix well conditioned at any number of points
+    t, count = 2.0 * x - 1.0, len(x)
+    values = legvander(t, count - 1)
+    integrals = [0.5 * Legendre.basis(j).integ(lbnd=-1.0)(t) for j in range(count)]
+    return np.linalg.solve(values.T, np.array(integrals)).T

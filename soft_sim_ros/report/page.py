@@ -93,11 +93,11 @@ def picture(run: Run | str | Path, path: str | Path) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     from soft_sim_ros.report.motion import motion
 
-    path.write_bytes(_drawn(lambda: motion(run), "png"))
+    path.write_bytes(drawn(lambda: motion(run), "png"))
     return path
 
 
-def _drawn(draw: Callable[[], Figure], kind: str) -> bytes:
+def drawn(draw: Callable[[], Figure], kind: str) -> bytes:
     """Draw a figure in our style; neither windows nor settings of the caller are touched."""
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -183,7 +183,7 @@ def _pictures(run: Run, summary: dict) -> str:
     ]
     return "\n".join(
         f'<section class="card"><h2>{title}</h2><img alt="{title}" '
-        f'src="data:image/svg+xml;base64,{base64.b64encode(_drawn(draw, "svg")).decode()}">'
+        f'src="data:image/svg+xml;base64,{base64.b64encode(drawn(draw, "svg")).decode()}">'
         "</section>"
         for title, there, draw in pictures
         if there

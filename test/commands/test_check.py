@@ -62,3 +62,9 @@ def test_numbers_that_look_like_another_unit_are_doubted(
     assert "warning" not in capsys.readouterr().out
     call("check", bad)
     assert words in capsys.readouterr().out
+
+
+def test_the_internal_wrench_is_drawn(scene, call, capsys, tmp_path):
+    assert call("check", scene, "--wrench", tmp_path / "wrench.png") == 0
+    assert "wrench.png (in the equilibrium" in capsys.readouterr().out
+    assert (tmp_path / "wrench.png").read_bytes().startswith(b"\x89PNG")
