@@ -6,7 +6,7 @@ Load switches hit exactly, failed steps retried smaller, nothing accepted by hop
 from .alpha import alpha_step
 from .dirk import dirk_step
 from .forcing import slack
-from .jit import kernel
+from .jit import bare, kernel, unit
 from .newton import CONVERGED, REFUSED, TOO_FAR
 
 # A step is cut in half at most this many times, into at most this many pieces, before it is
@@ -135,7 +135,7 @@ def safe_step(
     return CONVERGED
 
 
-@kernel
+@unit
 def advance(
     calls,
     model,
@@ -158,6 +158,8 @@ def advance(
 
     Return (steps made, status of the one that failed or CONVERGED).
     """
+    model, loads, data, work = bare(model), bare(loads), bare(data), bare(work)
+    tip, q, v, ledger = bare(tip), bare(q), bare(v), bare(ledger)
     h = step_ns * 1e-9
     for s in range(steps):
         t = (start_ns + s * step_ns) * 1e-9

@@ -19,7 +19,7 @@ from .dual import (
     rmscale,
     skew,
 )
-from .jit import kernel
+from .jit import bare, kernel, unit
 from .rotation import cotangent_apply, cotangent_derivative, stumpff, tangent_jet
 from .sweep import place
 
@@ -102,9 +102,10 @@ def local_stiffness(model, data, k, hessian):
     put_hankel(hessian[1, 1], dmul(dtranspose(e2), qe2))
 
 
-@kernel
+@unit
 def node_jacobians(model, data, jacobian, rate):
     """Fill J and J̇ (nodes, 6, n) in the base frame, at the state of the last sweep: C (1.25)."""
+    model, data, jacobian, rate = bare(model), bare(data), bare(jacobian), bare(rate)
     place(model, data)
     columns = np.zeros((6, 6, 6))
     n = jacobian.shape[2]

@@ -41,20 +41,36 @@ def cache_directory() -> Path:
 
 _CACHE = str(cache_directory())
 _intrinsic: Any = intrinsic
-_compile: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
+_options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+_TUPLE: Any = numba.types.BaseTuple
+_inlined: Any = numba.njit(**_options, forceinline=True)
+_unit: Any = numba.njit(**_options)
 
 
 def kernel(function: F) -> F:
-    """Compile ``function`` without the GIL, cached, in strict IEEE arithmetic.
+    """Compile ``function`` without the GIL, cached, in strict IEEE arithmetic, inlined in others.
 
     Strict, because a kernel is compiled anew wherever it is inlined and any copy may be the one
     that runs: only without fused or reordered operations do all copies give the same bits, which
     is what re-simulation relies on. It costs nothing that can be measured.
     """
+    return _cached(_inlined, function)
+
+
+def unit(function: F) -> F:
+    """Compile like ``kernel``, but as a function of its own: one that Python calls, or a large one.
+
+    Arrays that enter a unit should go through ``bare`` first.
+    """
+    return _cached(_unit, function)
+
+
+def _cached(compile_: Any, function: F) -> F:
+    """Apply a compiling decorator so that it writes to the folder of exactly these sources."""
     before = numba_config.CACHE_DIR
     numba_config.CACHE_DIR = _CACHE
     try:
-        return _compile(function)  # the cache folder is chosen here, once
+        return compile_(function)  # the cache folder is chosen here, once
     finally:
         numba_config.CACHE_DIR = before
 
@@ -85,6 +101,33 @@ def _call(returns: Any, where: Any, arguments: tuple[Any, ...]) -> tuple[Any, An
         return result
 
     return returns(where, *arguments), generate
+
+
+@_intrinsic
+def bare(context, value):  # noqa: ARG001
+    """Return arrays, or nested tuples of them, as views that are not counted.
+
+    Numba counts references to every array of a tuple whenever one is picked out of it: hundreds of
+    atomic operations in a sweep, more than its arithmetic costs. A unit can do without, because
+    whoever calls it keeps the arrays alive until it returns.
+    """
+
+    def strip(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+        if isinstance(kind, numba.types.Array):
+            array = context.make_array(kind)(context, builder, value=value)
+            array.meminfo = cgutils.get_null_value(array.meminfo.type)
+            array.parent = cgutils.get_null_value(array.parent.type)
+            return array._getvalue()
+        if isinstance(kind, _TUPLE):
+            for i, inner in enumerate(kind):
+                part = strip(context, builder, inner, builder.extract_value(value, i))
+                value = builder.insert_value(value, part, i)
+        return value
+
+    def generate(context, builder, signature, values):
+        return strip(context, builder, signature.args[0], values[0])
+
+    return value(value), generate
 
 
 # One intrinsic per number of arguments: a tuple of arguments would count references of every array

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model import Data, Floats, Ints, Model
-from .jit import address, call_residual, call_tangent, kernel
+from .jit import address, bare, call_residual, call_tangent, kernel, unit
 from .sweep import inverse_dynamics
 from .system import System, factor, new_system, solve
 from .tangent import tangent
@@ -93,7 +93,7 @@ def admissible(model, data):
     return CONVERGED
 
 
-@kernel
+@unit
 def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
     """Find work.a with r(q, v, a) = 0 at q = start_q + cq a, v = start_v + cv a.
 
@@ -101,6 +101,7 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
     how far it moves the tip, in arm lengths per second. Factors are kept, across steps too, while
     they contract well. calls: addresses of inverse_dynamics, tangent and this function.
     """
+    model, data, work = bare(model), bare(data), bare(work)
     n = len(work.a)
     stale = work.key[0] != cq or work.key[1] != cv
     before = 0.0

@@ -15,17 +15,18 @@ from .dual import (
     rscale,
     store_twist,
 )
-from .jit import kernel
+from .jit import bare, kernel, unit
 from .rotation import exp_translation, rotation_exp, stumpff
 from .sweep import kinematics, place, strains, tendon_direction
 
 
-@kernel
+@unit
 def energies(model, data, q, v, zero):
     """Return kinetic, elastic and gravity energy in J.
 
     The base frame has gravity energy 0. zero: (n,) zeros.
     """
+    model, data, q, v, zero = bare(model), bare(data), bare(q), bare(v), bare(zero)
     strains(model, data, q, v, zero)
     kinematics(model, data)
     place(model, data)
@@ -42,12 +43,14 @@ def energies(model, data, q, v, zero):
     return kinetic, elastic, weight
 
 
-@kernel
+@unit
 def ports(model, data, q, v, zero, position, velocity):
     """Fill position and velocity (A,) of all actuator ports.
 
     Effort · velocity is power into the arm.
     """
+    model, data, q, v = bare(model), bare(data), bare(q), bare(v)
+    zero, position, velocity = bare(zero), bare(position), bare(velocity)
     strains(model, data, q, v, zero)
     for i in range(len(model.port_ptr) - 1):
         x, rate = model.tendon_rest[i], 0.0
@@ -89,13 +92,15 @@ def quaternion(m):
     return s * x, s * y, s * z, s * w
 
 
-@kernel
+@unit
 def sample_poses(model, data, samples, base, q, zero, poses):
     """Fill poses (P, 7) x y z qx qy qz qw in the world; base (12,) = rotation by rows, position.
 
     The quaternions already in ``poses`` decide the sign of the new ones, so they are continuous in
     time.
     """
+    model, data, samples, base = bare(model), bare(data), bare(samples), bare(base)
+    q, zero, poses = bare(q), bare(zero), bare(poses)
     strains(model, data, q, zero, zero)
     kinematics(model, data)
     place(model, data)

@@ -31,7 +31,7 @@ from .dual import (
     store_wrench,
     sub,
 )
-from .jit import kernel
+from .jit import bare, kernel, unit
 from .rotation import cotangent_apply, exp_translation, rotation_exp, stumpff, tangent_apply
 
 
@@ -203,9 +203,10 @@ def actuation(model, data, q, r):
         data.tendon[i] = length
 
 
-@kernel
+@unit
 def inverse_dynamics(model, data, q, v, a, r):
     """Fill r with the residual of the motion (q, v, a) under the loads and efforts in data."""
+    model, data, q, v, a, r = bare(model), bare(data), bare(q), bare(v), bare(a), bare(r)
     for i in range(len(r)):
         r[i] = 0.0
     strains(model, data, q, v, a)

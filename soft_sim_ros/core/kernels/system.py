@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model import Floats, Ints, Model
-from .jit import kernel
+from .jit import bare, kernel, unit
 from .linalg import lu_factor, lu_solve, lu_solve_rows
 
 
@@ -58,9 +58,10 @@ def rows(flat, count, begin, end):
     return flat[count * begin : count * end].reshape((count, end - begin))
 
 
-@kernel
+@unit
 def dense(model, system, matrix):
     """Fill matrix (n, n) with the whole matrix of a system that has not been factored."""
+    model, system, matrix = bare(model), bare(system), bare(matrix)
     for b in range(len(model.block_col) - 1):
         begin, end = model.block_col[b], model.block_col[b + 1]
         m = end - begin

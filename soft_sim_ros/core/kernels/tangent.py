@@ -17,7 +17,7 @@ import numpy as np
 
 from .columns import local_stiffness, pose_derivatives
 from .dual import add, apply, cross, dot, load_mat, load_vec, load_wrench, scale
-from .jit import kernel
+from .jit import bare, kernel, unit
 from .nodes import node_matrices
 from .products import (
     accumulate,
@@ -180,12 +180,13 @@ def tendon_tangent(model, data, a0, system):
             add_entries(model, k, begin, a0 * effort, hessian, block)
 
 
-@kernel
+@unit
 def tangent(model, data, alpha, system):
     """Fill system with α₀ ∂r/∂q + α₁ ∂r/∂q̇ + α₂ ∂r/∂q̈ at the last residual's state.
 
     Exact for the discrete model, actuators and loads included.
     """
+    model, data, system = bare(model), bare(data), bare(system)
     for i in range(len(system.diagonal)):
         system.diagonal[i] = 0.0
     for i in range(len(system.exerts)):
