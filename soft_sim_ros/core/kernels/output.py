@@ -2,6 +2,7 @@
 
 import math
 
+from .actuators import port_motion
 from .dual import (
     add,
     apply,
@@ -17,7 +18,7 @@ from .dual import (
 )
 from .jit import bare, kernel, unit
 from .rotation import exp_translation, rotation_exp, stumpff
-from .sweep import kinematics, place, strains, tendon_direction
+from .sweep import kinematics, place, strains
 
 
 @unit
@@ -52,24 +53,7 @@ def ports(model, data, q, v, zero, position, velocity):
     model, data, q, v = bare(model), bare(data), bare(q), bare(v)
     zero, position, velocity = bare(zero), bare(position), bare(velocity)
     strains(model, data, q, v, zero)
-    for i in range(len(model.port_ptr) - 1):
-        x, rate = model.tendon_rest[i], 0.0
-        for e in range(model.port_ptr[i], model.port_ptr[i + 1]):
-            x += model.port_gain[e] * q[model.port_col[e]]
-            rate += model.port_gain[e] * v[model.port_col[e]]
-        for p in range(model.tendon_ptr[i], model.tendon_ptr[i + 1]):
-            k = model.tendon_seg[p]
-            for g in range(2):
-                t, norm, d = tendon_direction(model.tendon_path[p, g], data.xi[k, g, 0])
-                x -= model.half[k] * norm
-                u = load_twist(data.xi[k, g, 1])
-                turned = (
-                    u[0][1] * d[2] - u[0][2] * d[1],
-                    u[0][2] * d[0] - u[0][0] * d[2],
-                    u[0][0] * d[1] - u[0][1] * d[0],
-                )
-                rate -= model.half[k] / norm * dot(t, add(u[1], turned))
-        position[i], velocity[i] = x, rate
+    port_motion(model, data, q, v, position, velocity)
 
 
 @kernel

@@ -67,3 +67,17 @@ def accumulate3(a, b):
     """Add b to a, three-dimensional arrays."""
     for i in range(a.shape[0]):
         accumulate(a[i], b[i])
+
+
+@kernel
+def add_entries(model, k, begin, factor, hessian, block):
+    """Add factor times φᵀ H φ of segment k to its block, H (2, 2, 6, 6) between Gauss points."""
+    for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
+        i, ci = model.entry_col[e] - begin, model.entry_comp[e]
+        p1, p2 = factor * model.entry_phi[e, 0], factor * model.entry_phi[e, 1]
+        for e2 in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
+            cj = model.entry_comp[e2]
+            t1, t2 = model.entry_phi[e2, 0], model.entry_phi[e2, 1]
+            block[i, model.entry_col[e2] - begin] += p1 * (
+                t1 * hessian[0, 0, ci, cj] + t2 * hessian[0, 1, ci, cj]
+            ) + p2 * (t1 * hessian[1, 0, ci, cj] + t2 * hessian[1, 1, ci, cj])

@@ -9,6 +9,7 @@ of C (1.31) with the misprints of (1.35), (1.36) settled by virtual work (k = �
 Φ).
 """
 
+from .actuators import actuation
 from .dual import (
     add,
     apply,
@@ -166,41 +167,6 @@ def internal_forces(model, q, v, r):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             j = model.law_col[e]
             r[i] += model.stiffness[e] * q[j] + model.damping[e] * v[j]
-
-
-@kernel
-def tendon_direction(path, xi):
-    """Return the tangent t = Γ + K × d + d' of a tendon, |t| and the offset d."""
-    d, slope = load_vec(path[0]), load_vec(path[1])
-    strain = load_twist(xi)
-    t = add(add(strain[1], cross(strain[0], d)), slope)
-    return t, dot(t, t) ** 0.5, d
-
-
-@kernel
-def actuation(model, data, q, r):
-    """Subtract the generalised forces of all actuators from r.
-
-    A tension T does the work −T δℓ of shortening the path ℓ = ∫ |Γ + K × d + d'| ds.
-    """
-    for i in range(len(model.port_ptr) - 1):
-        effort = data.effort[i]
-        for e in range(model.port_ptr[i], model.port_ptr[i + 1]):
-            r[model.port_col[e]] -= model.port_gain[e] * effort
-        length = 0.0
-        for p in range(model.tendon_ptr[i], model.tendon_ptr[i + 1]):
-            k = model.tendon_seg[p]
-            for g in range(2):
-                t, norm, d = tendon_direction(model.tendon_path[p, g], data.xi[k, g, 0])
-                length += model.half[k] * norm
-                n = scale(1.0 / norm, t)
-                m = cross(d, n)
-                dual = (m[0], m[1], m[2], n[0], n[1], n[2])
-                for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
-                    r[model.entry_col[e]] += (
-                        effort * model.half[k] * model.entry_phi[e, g] * dual[model.entry_comp[e]]
-                    )
-        data.tendon[i] = length
 
 
 @unit

@@ -15,20 +15,22 @@ them.
 
 import numpy as np
 
+from .actuators import actuator_tangent
 from .columns import local_stiffness, pose_derivatives
-from .dual import add, apply, cross, dot, load_mat, load_vec, load_wrench, scale
+from .dual import add, apply, cross, load_mat, load_vec, load_wrench, scale
 from .jit import bare, kernel, unit
 from .nodes import node_matrices
 from .products import (
     accumulate,
     accumulate3,
+    add_entries,
     clear,
     gram_add,
     product,
     product_add,
     product_t_add,
 )
-from .sweep import place, tendon_direction
+from .sweep import place
 from .system import rows
 
 
@@ -62,20 +64,6 @@ def turned_wrench(data, k, a0, columns, out):
         for c in range(3):
             out[c, j] = moment[c]
             out[c + 3, j] = push[c]
-
-
-@kernel
-def add_entries(model, k, begin, factor, hessian, block):
-    """Add factor times φᵀ H φ of segment k to its block, H (2, 2, 6, 6) between Gauss points."""
-    for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
-        i, ci = model.entry_col[e] - begin, model.entry_comp[e]
-        p1, p2 = factor * model.entry_phi[e, 0], factor * model.entry_phi[e, 1]
-        for e2 in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
-            cj = model.entry_comp[e2]
-            t1, t2 = model.entry_phi[e2, 0], model.entry_phi[e2, 1]
-            block[i, model.entry_col[e2] - begin] += p1 * (
-                t1 * hessian[0, 0, ci, cj] + t2 * hessian[0, 1, ci, cj]
-            ) + p2 * (t1 * hessian[1, 0, ci, cj] + t2 * hessian[1, 1, ci, cj])
 
 
 @kernel
@@ -148,38 +136,6 @@ def internal_tangent(model, alpha, system):
                 system.diagonal[at + model.law_col[e]] += term
 
 
-@kernel
-def tendon_tangent(model, data, a0, system):
-    """Add α₀ T ∂²ℓ/∂q² of every tendon under tension."""
-    hessian = np.zeros((2, 2, 6, 6))
-    slope = np.zeros((3, 6))
-    for i in range(len(model.tendon_ptr) - 1):
-        effort = data.effort[i]
-        if effort == 0.0:
-            continue
-        for p in range(model.tendon_ptr[i], model.tendon_ptr[i + 1]):
-            k = model.tendon_seg[p]
-            for g in range(2):
-                t, norm, d = tendon_direction(model.tendon_path[p, g], data.xi[k, g, 0])
-                n = scale(1.0 / norm, t)
-                # ∂t/∂ξ = [−d× , 1]; ∂²|t| = (1 − n nᵀ)/|t|
-                for a in range(6):
-                    slope[0, a] = slope[1, a] = slope[2, a] = 0.0
-                slope[0, 1], slope[0, 2], slope[0, 3] = d[2], -d[1], 1.0
-                slope[1, 0], slope[1, 2], slope[1, 4] = -d[2], d[0], 1.0
-                slope[2, 0], slope[2, 1], slope[2, 5] = d[1], -d[0], 1.0
-                for a in range(6):
-                    sa = (slope[0, a], slope[1, a], slope[2, a])
-                    na = dot(n, sa)
-                    for b in range(6):
-                        sb = (slope[0, b], slope[1, b], slope[2, b])
-                        hessian[g, g, a, b] = model.half[k] / norm * (dot(sa, sb) - na * dot(n, sb))
-            b = model.seg_block[k]
-            begin, m = model.block_col[b], model.block_col[b + 1] - model.block_col[b]
-            block = system.diagonal[system.offset[b] : system.offset[b + 1]].reshape((m, m))
-            add_entries(model, k, begin, a0 * effort, hessian, block)
-
-
 @unit
 def tangent(model, data, alpha, system):
     """Fill system with α₀ ∂r/∂q + α₁ ∂r/∂q̇ + α₂ ∂r/∂q̈ at the last residual's state.
@@ -196,5 +152,4 @@ def tangent(model, data, alpha, system):
     for b in range(len(model.block_col) - 2, -1, -1):
         block_tangent(model, data, alpha, b, tail, system)
     internal_tangent(model, alpha, system)
-    if alpha[0] != 0.0:
-        tendon_tangent(model, data, alpha[0], system)
+    actuator_tangent(model, data, alpha, system)
