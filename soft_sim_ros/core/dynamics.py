@@ -96,10 +96,17 @@ class Dynamics:
         return cho_solve(cho_factor(self.mass_matrix(q)), -bias)
 
     def tangents(
-        self, q: Floats, v: Floats, a: Floats, efforts: Floats | None = None, time: float = 0.0
+        self,
+        q: Floats,
+        v: Floats,
+        a: Floats,
+        efforts: Floats | None = None,
+        time: float = 0.0,
+        tip: Floats | None = None,
+        tip_follows: bool = False,
     ) -> tuple[Floats, Floats, Floats]:
-        """Return ∂r/∂q, ∂r/∂q̇, ∂r/∂q̈ (n, n) of the residual, exact."""
-        self.residual(q, v, a, self.forcing(efforts, time))
+        """Return ∂r/∂q, ∂r/∂q̇, ∂r/∂q̈ (n, n) of the residual, exact; arguments of ``forcing``."""
+        self.residual(q, v, a, self.forcing(efforts, time, 1.0, tip, tip_follows))
 
         unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         return self.last_tangent(unit[0]), self.last_tangent(unit[1]), self.last_tangent(unit[2])
@@ -138,6 +145,19 @@ class Dynamics:
         data = self.forcing()
         data.active[:] = 0
         return self.residual(q, self._zero, self._zero, data) - self.elastic_force(q)
+
+    def effort_matrix(self, q: Floats, efforts: Floats | None = None) -> Floats:
+        """Return the generalised force per unit effort (n, A) at rest.
+
+        The residual is linear in the efforts, so their unit differences are exact.
+        """
+        level = np.zeros(self.actuators) if efforts is None else np.asarray(efforts, dtype=float)
+        still = self.residual(q, self._zero, self._zero, self.forcing(level))
+        columns = [
+            still - self.residual(q, self._zero, self._zero, self.forcing(level + unit))
+            for unit in np.eye(self.actuators)
+        ]
+        return np.stack(columns, axis=1) if columns else np.zeros((self.n, 0))
 
     def energies(self, q: Floats, v: Floats) -> tuple[float, float, float]:
         """Return kinetic, elastic and gravity energy in J; gravity energy is zero at the base."""

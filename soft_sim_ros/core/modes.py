@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
-from scipy.linalg import eigh
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, eig, eigh, solve_triangular
 
 from .dynamics import Dynamics
 from .model import Floats
+from .sampler import Sampler
+
+Complex = NDArray[np.complex128]
 
 
 def modes(
@@ -17,7 +23,7 @@ def modes(
     Shapes are columns with φᵀ M φ = 1.
 
     From the symmetric part of the exact tangent at q; an unstable direction has a negative
-    "frequency".
+    "frequency". Damping and what is not symmetric (follower loads) count in ``complex_modes``.
     """
     zero = np.zeros(dynamics.n)
     stiffness, _, mass = dynamics.tangents(q, zero, zero, efforts, time)
@@ -29,6 +35,108 @@ def frequencies(dynamics: Dynamics, q: Floats | None = None, count: int = 5) -> 
     """Return the lowest ``count`` frequencies in Hz at q (the reference shape by default)."""
     state = np.zeros(dynamics.n) if q is None else q
     return modes(dynamics, state)[0][:count] / (2.0 * np.pi)
+
+
+class ComplexModes(NamedTuple):
+    """Small motions δq = Re(φ e^{st}) about a state of rest, slowest first.
+
+    Of every conjugate pair only the one with Im s > 0 is listed; real s stand alone.
+    """
+
+    values: Complex  # (m,) s in 1/s
+    shapes: Complex  # (n, m) φ; the coordinate that moves most may move the tip by an arm length
+
+    @property
+    def frequencies(self) -> Floats:
+        """Frequencies (m,) in Hz of what swings; 0 for what only creeps or leaves."""
+        return self.values.imag / (2.0 * np.pi)
+
+    @property
+    def damping_ratios(self) -> Floats:
+        """−Re s / |s| (m,): 1 does not swing, negative grows; 0 for s = 0."""
+        size = np.abs(self.values)
+        return -np.divide(self.values.real, size, out=np.zeros_like(size), where=size > 0.0)
+
+    @property
+    def growth(self) -> float:
+        """Largest Re s in 1/s: above zero the state is left, by divergence or by flutter."""
+        return float(self.values.real.max(initial=-np.inf))
+
+
+def complex_modes(
+    dynamics: Dynamics,
+    q: Floats,
+    efforts: Floats | None = None,
+    time: float = 0.0,
+    *,
+    tip: Floats | None = None,
+    tip_follows: bool = False,
+) -> ComplexModes:
+    """Return the modes of M δq̈ + R δq̇ + K δq = 0 with the exact tangents at rest in q.
+
+    Parameters
+    ----------
+    q : (n,) coordinates, meant to be an equilibrium under the loads that follow
+    efforts : (A,) in scene order
+    time : s at which scheduled loads are taken
+    tip : (6,) moment and force at the tip, along world axes or (``tip_follows``) those of the tip
+
+    Notes
+    -----
+    K is that of all loads and efforts, so it need not be symmetric: follower loads may lead to
+    flutter (a pair with Re s > 0), dead loads to divergence (a real s > 0).
+    """
+    n = dynamics.n
+    zero = np.zeros(n)
+    stiffness, damping, mass = dynamics.tangents(q, zero, zero, efforts, time, tip, tip_follows)
+    # in coordinates of unit mass, and in a time in which the fastest mode is of order one
+    root = cholesky(0.5 * (mass + mass.T), lower=True)
+
+    def normal(matrix: Floats) -> Floats:
+        half = solve_triangular(root, matrix, lower=True)
+        return solve_triangular(root, half.T, lower=True).T
+
+    stiffness, damping = normal(stiffness), normal(damping)
+    pace = np.sqrt(np.linalg.norm(stiffness, 2)) or 1.0
+    state = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness / pace**2, -damping / pace]])
+    values, vectors = eig(state)
+    kept = values.imag >= 0.0
+    values, vectors = values[kept], vectors[:n, kept]
+    shapes = solve_triangular(root, vectors, lower=True, trans="T")
+    order = np.argsort(np.abs(values), kind="stable")
+    shapes = shapes[:, order]
+    reach = shapes * dynamics.model.weight[:, None]
+    largest = reach[np.argmax(np.abs(reach), axis=0), np.arange(len(order))]
+    return ComplexModes(pace * values[order], shapes / largest)
+
+
+def mode_poses(
+    dynamics: Dynamics,
+    q: Floats,
+    shape: Floats | Complex,
+    s: Floats,
+    *,
+    amplitude: float = 0.1,
+    phases: Floats | tuple[float, ...] = (0.0,),
+) -> Floats:
+    """Return poses (P, N, 7) x y z qx qy qz qw of the arm moved along a mode.
+
+    Parameters
+    ----------
+    q : (n,) the state of rest
+    shape : (n,) a mode shape, real or complex
+    s : (N,) arc lengths in m along all rods, base to tip
+    amplitude : factor of the shape; with shapes of ``complex_modes`` about the displacement of
+        the tip in arm lengths
+    phases : (P,) in rad; the arm is at q + amplitude · Re(shape · e^{i phase})
+    """
+    moved = np.zeros(dynamics.n)
+    sampler = Sampler(dynamics.compiled, moved, np.asarray(s, dtype=float))
+    out = np.empty((len(phases), len(sampler.s), 7))
+    for i, phase in enumerate(phases):
+        moved[:] = q + amplitude * np.real(np.asarray(shape) * np.exp(1j * phase))
+        out[i] = sampler.poses()
+    return out
 
 
 def recommended_step(dynamics: Dynamics, q: Floats) -> float:
