@@ -130,6 +130,7 @@ class Chain:
     def __init__(self) -> None:
         self.segments: list[Segment] = []
         self.inertia: list[Floats] = [np.zeros(4)]
+        self.drag: list[Floats] = [np.zeros(4)]  # Rayleigh's α times the inertia of the rods
         self.blocks: list[Block] = []
         self.names: list[str] = []
         self.rods: dict[str, RodMap] = {}
@@ -141,10 +142,13 @@ class Chain:
         """Index of the last node."""
         return len(self.segments)
 
-    def add(self, segment: Segment, inertia: Floats | None = None) -> None:
+    def add(
+        self, segment: Segment, inertia: Floats | None = None, drag: Floats | None = None
+    ) -> None:
         """Append a segment and the node after it."""
         self.segments.append(segment)
         self.inertia.append(np.zeros(4) if inertia is None else inertia.copy())
+        self.drag.append(np.zeros(4) if drag is None else drag.copy())
 
     def rigid(self, pose: Pose) -> None:
         """Append a rigid offset, unless it is the identity."""
@@ -252,12 +256,13 @@ class Chain:
             begin, end = element.span
             s = begin + (end - begin) * nodes
             s[-1] = end
-            lumped = (
-                element.section.inertia(element.normalised(s)) * ((end - begin) * weights)[:, None]
-            )
+            weights = ((end - begin) * weights)[:, None]
+            lumped = element.section.inertia(element.normalised(s)) * weights
+            drag = element.section.drag(element.normalised(s)) * weights
             self.inertia[-1] += lumped[0]
+            self.drag[-1] += drag[0]
             for k in range(len(s) - 1):
-                self.add(element.step(s[k], s[k + 1]), lumped[k + 1])
+                self.add(element.step(s[k], s[k + 1]), lumped[k + 1], drag[k + 1])
 
 
 def _merge(marks: list[float], tolerance: float) -> list[float]:
@@ -279,7 +284,7 @@ def default_nodes(basis: Basis, turn: float = 0.0) -> int:
 
 
 def block_matrices(elements: list[Element], count: int) -> tuple[Floats, Floats]:
-    """Return ∫ Φᵀ H Φ ds and ∫ Φᵀ Γ Φ ds (count, count) of a block.
+    """Return ∫ Φᵀ H Φ ds (the linear part) and ∫ Φᵀ Γ Φ ds (count, count) of a block.
 
     Exact where stiffness and damping are polynomials of degree 8 at most.
     """
@@ -290,7 +295,7 @@ def block_matrices(elements: list[Element], count: int) -> tuple[Floats, Floats]
         top = max((c[2] for c in element.columns), default=1)
         x, w = gauss(top + 5)
         s = begin + (end - begin) * x
-        law = element.section.stiffness(element.normalised(s))
+        law = element.section.linear_stiffness(element.normalised(s))
         loss = element.section.damping(element.normalised(s))
         for columns in element.columns:
             component, first, number = columns

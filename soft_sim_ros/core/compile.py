@@ -24,6 +24,7 @@ from ..scene.strains import STRAINS
 from . import se3
 from .arrays import flat_entries, floats, ints
 from .chain import ANGULAR, GAUSS2, Chain
+from .fibres import flatten_fibres
 from .loads import lump_loads
 from .model import Floats, Loads, Model
 from .quadrature import gauss
@@ -106,6 +107,7 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
     blocks, segments = chain.blocks, chain.segments
     law = _sparse_law(chain)
     block_seg = ints([*(block.first_segment for block in blocks), len(segments)])
+    seg_block = ints(np.repeat(np.arange(len(blocks)), np.diff(block_seg)))
     entries = flat_entries(segments)
     ports = [_port(chain, actuator) for actuator in scene.actuators]
     tendons = [_tendon(chain, actuator) for actuator in scene.actuators]
@@ -120,11 +122,13 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
         inertia=floats(chain.inertia),
         block_col=ints([*(block.begin for block in blocks), len(chain.names)]),
         block_seg=block_seg,
-        seg_block=ints(np.repeat(np.arange(len(blocks)), np.diff(block_seg))),
+        seg_block=seg_block,
         law_ptr=law[0],
         law_col=law[1],
         stiffness=law[2],
         damping=law[3],
+        fibres=flatten_fibres(chain, seg_block),
+        drag=floats(chain.drag if np.any(chain.drag) else np.zeros((0, 4))),
         weight=_weights(chain, length),
         port_ptr=ints([0, *np.cumsum([len(p) for p in ports])]),
         port_col=ints([column for p in ports for column, _ in p]),

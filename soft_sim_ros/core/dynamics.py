@@ -13,6 +13,7 @@ from ..scene import Scene
 from . import se3
 from .compile import Compiled, compile_scene
 from .kernels.columns import node_jacobians
+from .kernels.fibres import fibre_forces, fibre_tangent, section_strains
 from .kernels.forcing import apply_loads
 from .kernels.output import energies, ports
 from .kernels.sweep import inverse_dynamics, place
@@ -130,11 +131,22 @@ class Dynamics:
 
     def elastic_force(self, q: Floats) -> Floats:
         """Return k(q) = ∂V_elastic/∂q (n,): C (1.35), projected with Φᵀ."""
-        return self.stiffness_matrix() @ q
+        out = self._law(self.model.stiffness) @ q
+        fibre_forces(self.model.fibres, self._data.section, np.asarray(q, dtype=float), out)
+        return out
 
-    def stiffness_matrix(self) -> Floats:
-        """Return ∫ Φᵀ H Φ ds and joint stiffness (n, n)."""
-        return self._law(self.model.stiffness)
+    def stiffness_matrix(self, q: Floats | None = None) -> Floats:
+        """Return ∂k/∂q (n, n) at q, by default the reference shape.
+
+        It is ∫ Φᵀ H Φ ds and joint stiffness where all materials are linear.
+        """
+        state = self._zero if q is None else np.asarray(q, dtype=float)
+        out = np.zeros((self.n, self.n))
+        section_strains(self.model.fibres, state, self._data.section)
+        system = new_system(self.model)
+        fibre_tangent(self.model, self._data.section, 1.0, system)
+        dense(self.model, system, out)
+        return out + self._law(self.model.stiffness)
 
     def damping_matrix(self) -> Floats:
         """Return R = ∫ Φᵀ Γ Φ ds and joint damping (n, n): C (1.36), projected with Φᵀ."""

@@ -23,6 +23,21 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
+class Fibres(NamedTuple):
+    """Hyperelastic sections, at P stations along the rods: a Gauss point and its fibres."""
+
+    entry_ptr: Ints  # (P + 1,) entries of a station
+    entry_col: Ints  # coordinate
+    entry_comp: Ints  # strain component 0…3
+    entry_phi: Floats  # basis value
+    block: Ints  # (P,)
+    law: Ints  # (P,)
+    ptr: Ints  # (P + 1,) fibres of a station
+    points: Floats  # (F, 4) y, z in m, volume in m³, (γ/K_x)² in m²
+    laws: Floats  # (L, 9) stretches from … to, c10, c01, c20, c30, G in Pa, knots from … to
+    knots: Floats  # (N, 6) stretch, energy in J/m³ there, stress as a cubic from there on
+
+
 class Model(NamedTuple):
     """Immutable arrays of a compiled scene. S segments, S + 1 nodes, n coordinates, B blocks."""
 
@@ -41,6 +56,8 @@ class Model(NamedTuple):
     law_col: Ints  # … their columns
     stiffness: Floats  # … ∫ Φᵀ H Φ ds and joint stiffness
     damping: Floats  # … ∫ Φᵀ Γ Φ ds and joint damping
+    fibres: Fibres  # what is not linear in the elasticity of the rods
+    drag: Floats  # (S + 1, 4) Rayleigh's α times the inertia of the rods; (0, 4) without
     # (n,) displacement of the tip per unit coordinate over the arm's length: Newton's norm
     weight: Floats
     port_ptr: Ints  # (A + 1,) linear part of the actuators: dq-columns …
@@ -70,6 +87,7 @@ class Data(NamedTuple):
     active: Ints  # (2,) whether any dead wrench, any follower acts: kernels skip what does not
     effort: Floats  # (A,) N·m or N
     tendon: Floats  # (A,) present tendon length, m
+    section: Floats  # (P, 4) K − K₀ and stretch at the stations of hyperelastic sections
 
 
 def new_data(model: Model) -> Data:
@@ -92,6 +110,7 @@ def new_data(model: Model) -> Data:
         active=np.zeros(2, dtype=np.int64),
         effort=np.zeros(actuators),
         tendon=np.zeros(actuators),
+        section=np.zeros((len(model.fibres.block), 4)),
     )
     data.rotation[0, [0, 4, 8]] = 1.0
     return data

@@ -8,6 +8,7 @@ from soft_sim_ros.scene.actuator import (
 )
 from soft_sim_ros.scene.body import Body, Joint, RigidBody, Rod
 from soft_sim_ros.scene.initial import Initial
+from soft_sim_ros.scene.law import Curve, Rivlin, register_law
 from soft_sim_ros.scene.load import DistributedLoad, Load, PointLoad, Schedule
 from soft_sim_ros.scene.load_scene import Scene, load_scene, packaged_scenes, parse_scene
 from soft_sim_ros.scene.material import Material
@@ -20,8 +21,8 @@ from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 
 __all__ = [
     "BASES", "INTEGRATORS", "STRAINS",
-    "Actuator", "Basis", "Body", "DistributedLoad", "Initial", "Joint", "JointActuator", "Load",
-    "Material", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference", "RigidBody",
-    "Rod", "Scene", "Schedule", "Section", "SectionSummary", "TendonActuator",
-    "load_scene", "packaged_scenes", "parse_scene", "summary", "total_mass",
+    "Actuator", "Basis", "Body", "Curve", "DistributedLoad", "Initial", "Joint", "JointActuator",
+    "Load", "Material", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference", "RigidBody",
+    "Rivlin", "Rod", "Scene", "Schedule", "Section", "SectionSummary", "TendonActuator",
+    "load_scene", "packaged_scenes", "parse_scene", "register_law", "summary", "total_mass",
 ]  # fmt: skip

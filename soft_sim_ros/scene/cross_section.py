@@ -34,6 +34,25 @@ class CrossSection(Protocol):
     def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:
         """Return (k_y, k_z): the shear force along y is k_y·G·A per shear strain."""
 
+    def fibres(self, x: Floats) -> Floats:
+        """Return points and weights (…, F, 3) of a rule over the section: y, z in m, area in m²."""
+
+
+def ring(inner: Floats, outer: Floats) -> Floats:
+    """Return the rule (…, 64, 3) between two radii, exact for polynomials in y, z of degree 15.
+
+    Gauss's rule in r², which is exact for the even powers that are left after equal angles.
+    """
+    point, weight = np.polynomial.legendre.leggauss(4)
+    low, high = inner[..., None, None] ** 2, outer[..., None, None] ** 2
+    angle = np.pi / 8 * (np.arange(16) + 0.5)
+    radius = np.sqrt(low + (high - low) * (1 + point[:, None]) / 2)
+    area = np.pi / 16 * (high - low) * weight[:, None] / 2
+    rule = np.stack(
+        np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle), area), axis=-1
+    )
+    return rule.reshape(*inner.shape, 64, 3)
+
 
 @dataclass(frozen=True)
 class Circle:
@@ -54,6 +73,9 @@ class Circle:
     def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:  # noqa: D102
         factor = np.full(np.shape(x), 6 * (1 + poisson_ratio) / (7 + 6 * poisson_ratio))
         return factor, factor
+
+    def fibres(self, x: Floats) -> Floats:  # noqa: D102
+        return ring(np.zeros(np.shape(x)), self.radius(x))
 
 
 @dataclass(frozen=True)
@@ -78,6 +100,9 @@ class Annulus:
         solid = (1 + square) ** 2
         factor = 6 * (1 + nu) * solid / ((7 + 6 * nu) * solid + (20 + 12 * nu) * square)
         return factor, factor
+
+    def fibres(self, x: Floats) -> Floats:  # noqa: D102
+        return ring(self.inner(x), self.outer(x))
 
 
 @dataclass(frozen=True)
@@ -113,6 +138,14 @@ class Rectangle:
         factor = np.full(np.shape(x), 10 * (1 + poisson_ratio) / (12 + 11 * poisson_ratio))
         return factor, factor
 
+    def fibres(self, x: Floats) -> Floats:
+        """Return Gauss's rule (…, 64, 3), exact for polynomials of degree 15 in y and in z."""
+        point, weight = np.polynomial.legendre.leggauss(8)
+        y = self.width_y(x)[..., None] / 2 * np.repeat(point, 8)
+        z = self.width_z(x)[..., None] / 2 * np.tile(point, 8)
+        area = self.area(x)[..., None] / 4 * np.outer(weight, weight).ravel()
+        return np.stack([y, z, area], axis=-1)
+
 
 _SUM_OF_ODD_INVERSE_FIFTHS = 31 / 32 * 1.0369277551433699263  # (1 - 2⁻⁵)·ζ(5)
 
@@ -138,6 +171,11 @@ class Ellipse:
     def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:  # noqa: D102
         a, b = self.semi_axis_y(x), self.semi_axis_z(x)
         return _ellipse_factor(a, b, poisson_ratio), _ellipse_factor(b, a, poisson_ratio)
+
+    def fibres(self, x: Floats) -> Floats:  # noqa: D102
+        a, b = self.semi_axis_y(x), self.semi_axis_z(x)
+        scale = np.stack([a, b, a * b], axis=-1)
+        return ring(np.zeros(np.shape(x)), np.ones(np.shape(x))) * scale[..., None, :]
 
 
 def _ellipse_factor(along: Floats, across: Floats, nu: float) -> Floats:

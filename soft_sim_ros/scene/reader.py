@@ -95,6 +95,14 @@ class Reader:
         path = self._at(key)
         return frozen([self._number(n, within, f"{path}[{i}]") for i, n in enumerate(items)])
 
+    def numbers(self, key: str, within: Interval = FINITE) -> Floats:
+        """Return a list of numbers of any length as a read-only array."""
+        expected = f"a list of entries, each a {within}"
+        node = self._find(key, REQUIRED, expected)
+        items = [] if node is None else self._items(node, None, expected, self._at(key))
+        path = self._at(key)
+        return frozen([self._number(n, within, f"{path}[{i}]") for i, n in enumerate(items)])
+
     def taper(self, key: str, within: Interval = FINITE, default: Any = REQUIRED) -> Taper:
         """Return a number, or a pair of numbers [start, end] with a straight line between."""
         node = self._find(key, default, f"a {within} or a pair [start, end] of them")

@@ -1,7 +1,8 @@
 """Sections: stretches of a rod with one material and smoothly varying data.
 
 The section law is linear: the wrench is stiffness·(ξ - ξ₀) + damping·ξ̇, per reference arc length
-and with the reference cross-section (stretching a section does not thin it).
+and with the reference cross-section (stretching a section does not thin it). A material with a law
+replaces the elastic part of torsion, bending and stretch by the sum over its fibres.
 """
 
 from __future__ import annotations
@@ -35,8 +36,15 @@ class Section:
     shear_correction: tuple[float, float] | None = None
 
     def stiffness(self, x: Floats) -> Floats:
-        """Return (…, 6): G·I_t, E·I_y, E·I_z in N·m², E·A, k_y·G·A, k_z·G·A in N."""
+        """Return (…, 6): G·I_t, E·I_y, E·I_z in N·m², E·A, k_y·G·A, k_z·G·A in N, at rest."""
         return self._law(x, self.material.young_modulus, self.material.shear_modulus)
+
+    def linear_stiffness(self, x: Floats) -> Floats:
+        """Return the stiffness (…, 6) without what the fibres of a law contribute."""
+        stiffness = self.stiffness(x)
+        if self.material.law is not None:
+            stiffness[..., :4] = 0.0
+        return stiffness
 
     def damping(self, x: Floats) -> Floats:
         """Return (…, 6): Kelvin–Voigt damping, laid out as the stiffness, N·m²·s and N·s."""
@@ -49,6 +57,22 @@ class Section:
         area = self.cross_section.area(x)
         rows = [area, about_y + about_z, about_y, about_z]
         return self.material.density * np.stack(rows, axis=-1)
+
+    def drag(self, x: Floats) -> Floats:
+        """Return (…, 4) Rayleigh's α times the inertia: kg/(m·s) and kg·m/s."""
+        return self.material.mass_damping * self.inertia(x)
+
+    def fibres(self, x: Floats) -> Floats:
+        """Return (…, F, 4): y, z in m, area in m², (γ/K_x)² in m² of the fibres of the section.
+
+        γ is the shear of a fibre under the twist K_x. For circles and tubes it is exact; other
+        sections warp, and γ² = K_x² (y² + z²) I_t/(I_y + I_z) gives them their torsion constant.
+        """
+        x = np.asarray(x, dtype=float)
+        points = self.cross_section.fibres(x)
+        share = self.cross_section.torsion_constant(x) / sum(self.cross_section.second_moments(x))
+        twist = share[..., None] * (points[..., 0] ** 2 + points[..., 1] ** 2)
+        return np.concatenate([points, twist[..., None]], axis=-1)
 
     def strain0(self, x: Floats) -> Floats:
         """Return the reference strain ξ₀ (…, 6)."""

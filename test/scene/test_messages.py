@@ -63,8 +63,8 @@ MISTAKES = [
         "density",
         "densty",
         "6: materials.silicone.densty = 1070: expected a known key, one of "
-        "young_modulus, poisson_ratio, shear_modulus, density, viscosity, "
-        "axial_viscosity (did you mean density?)",
+        "young_modulus, poisson_ratio, shear_modulus, law, density, "
+        "viscosity, axial_viscosity, rayleigh (did you mean density?)",
     ),
     (
         "density: 1070, ",

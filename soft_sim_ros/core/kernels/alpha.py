@@ -41,7 +41,7 @@ def alpha_step(
         return status
     for i in range(n):
         work.start_v[i] = (work.q[i] - q[i]) / h
-    ledger[DISSIPATED] += h * damping_power(model, work.start_v)
+    ledger[DISSIPATED] += h * damping_power(model, data, work.start_v)
     power = load_power(model, data)
     before = power if work.restart[0] != 0 else work.last[0]
     ledger[LOAD_WORK] += 0.5 * h * (before + power)

@@ -74,7 +74,7 @@ def dirk_step(
             work.stage_v[i, c] = work.v[c]
             work.stage_a[i, c] = work.a[c]
         weight = h * tableau[stages, i]
-        dissipated += weight * damping_power(model, work.v)
+        dissipated += weight * damping_power(model, data, work.v)
         worked += weight * load_power(model, data)
     for c in range(n):
         for i in range(stages):

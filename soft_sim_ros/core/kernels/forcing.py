@@ -1,5 +1,6 @@
 """Wrenches on the nodes at a given time."""
 
+from .drag import drag_power
 from .jit import kernel
 
 
@@ -82,10 +83,10 @@ def load_power(model, data):
 
 
 @kernel
-def damping_power(model, v):
-    """Return q̇ᵀ R q̇ in W."""
+def damping_power(model, data, v):
+    """Return q̇ᵀ R q̇ in W, Rayleigh's drag as of the last sweep."""
     total = 0.0
     for i in range(len(v)):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             total += v[i] * model.damping[e] * v[model.law_col[e]]
-    return total
+    return total + drag_power(model, data)

@@ -6,12 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model import Data, Floats, Ints, Model
+from .fibres import lawful
 from .jit import address, bare, call_residual, call_tangent, kernel, unit
 from .sweep import inverse_dynamics
 from .system import System, factor, new_system, solve
 from .tangent import tangent
 
 CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR, UNRESOLVED, INVERTED, TOO_FAR = 0, 1, 2, 3, 4, 5, 6
+LAWLESS = 7
 # In words, for errors.
 REASONS = {
     1: "Newton's method does not converge, even with 1/4096 of the step",
@@ -21,6 +23,7 @@ REASONS = {
     "resolve it, if it is meant)",
     5: "a rod is compressed to nothing",
     6: "the tip moves by more than an arm length (or a hinge by a radian) in a fraction of a step",
+    7: "a fibre is stretched or compressed beyond where the law of its material holds",
 }
 # A contraction slower than this is worth new factors.
 SLOW = 0.2
@@ -90,7 +93,7 @@ def admissible(model, data):
             return UNRESOLVED
         if not (data.xi[k, 0, 0, 3] > 0.0 and data.xi[k, 1, 0, 3] > 0.0):
             return INVERTED
-    return CONVERGED
+    return CONVERGED if lawful(model.fibres, data.section) else LAWLESS
 
 
 @unit

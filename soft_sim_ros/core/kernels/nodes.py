@@ -1,5 +1,6 @@
 """The 6x6 matrices of one node, in the base frame, that the tangent needs."""
 
+from .drag import drag_tangent
 from .dual import (
     add,
     apply,
@@ -78,3 +79,5 @@ def node_matrices(model, data, k, inertia, gyro, turning):
             turning[a, b + 3] = 0.0
             turning[a + 3, b] = -fx[i]
             turning[a + 3, b + 3] = 0.0
+    if len(model.drag) > 0:
+        drag_tangent(model, k, rotation, p, gyro)

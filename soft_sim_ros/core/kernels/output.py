@@ -16,6 +16,7 @@ from .dual import (
     rscale,
     store_twist,
 )
+from .fibres import fibre_energy
 from .jit import bare, kernel, unit
 from .rotation import exp_translation, rotation_exp, stumpff
 from .sweep import kinematics, place, strains
@@ -41,6 +42,7 @@ def energies(model, data, q, v, zero):
     for i in range(len(q)):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             elastic += 0.5 * q[i] * model.stiffness[e] * q[model.law_col[e]]
+    elastic += fibre_energy(model.fibres, data.section, q)
     return kinetic, elastic, weight
 
 

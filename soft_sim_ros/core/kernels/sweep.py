@@ -10,6 +10,7 @@ of C (1.31) with the misprints of (1.35), (1.36) settled by virtual work (k = âˆ
 """
 
 from .actuators import actuation
+from .drag import drag_wrench
 from .dual import (
     add,
     apply,
@@ -32,6 +33,7 @@ from .dual import (
     store_wrench,
     sub,
 )
+from .fibres import fibre_forces
 from .jit import bare, kernel, unit
 from .rotation import cotangent_apply, exp_translation, rotation_exp, stumpff, tangent_apply
 
@@ -119,6 +121,9 @@ def node_wrench(model, data, k):
     j1, j2, j3 = model.inertia[k, 1], model.inertia[k, 2], model.inertia[k, 3]
     spin = (j1 * eta[0][0], j2 * eta[0][1], j3 * eta[0][2])
     moment = add((j1 * acc[0][0], j2 * acc[0][1], j3 * acc[0][2]), cross(eta[0], spin))
+    if len(model.drag) > 0:
+        pull, twist = drag_wrench(model, k, eta)
+        force, moment = add(force, pull), add(moment, twist)
     if data.active[0] != 0:
         rotation, dead = load_mat(data.rotation[k]), load_wrench(data.dead[k])
         force = sub(force, apply_t(rotation, dead[0]))
@@ -181,4 +186,6 @@ def inverse_dynamics(model, data, q, v, a, r):
         place(model, data)
     project(model, data, r)
     internal_forces(model, q, v, r)
+    if len(model.fibres.block) > 0:
+        fibre_forces(model.fibres, data.section, q, r)
     actuation(model, data, q, r)

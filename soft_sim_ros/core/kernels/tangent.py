@@ -18,6 +18,7 @@ import numpy as np
 from .actuators import actuator_tangent
 from .columns import local_stiffness, pose_derivatives
 from .dual import add, apply, cross, load_mat, load_vec, load_wrench, scale
+from .fibres import fibre_tangent
 from .jit import bare, kernel, unit
 from .nodes import node_matrices
 from .products import (
@@ -153,3 +154,5 @@ def tangent(model, data, alpha, system):
         block_tangent(model, data, alpha, b, tail, system)
     internal_tangent(model, alpha, system)
     actuator_tangent(model, data, alpha, system)
+    if alpha[0] != 0.0:
+        fibre_tangent(model, data.section, alpha[0], system)
