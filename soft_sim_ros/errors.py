@@ -97,6 +97,24 @@ class StaticsFailed(SolverError):
         self.load_factor, self.residual, self.why = load_factor, residual, why
 
 
+class NoBranch(SoftSimError):
+    """No branch of equilibria can be followed from where it was looked for.
+
+    Parameters
+    ----------
+    load : λ at which it was looked for
+    why : what is known
+    """
+
+    def __init__(self, load: float, why: str) -> None:
+        super().__init__(load, why)
+        self.load, self.why = load, why
+
+    def __str__(self) -> str:
+        """Put the numbers in a sentence."""
+        return f"no branch of equilibria at load {self.load:g}: {self.why}"
+
+
 class RecordingError(SoftSimError):
     """A recording cannot be read or written.
 

@@ -34,12 +34,10 @@ def equilibrium(
     q : (n,) start; the reference shape by default
     efforts : (A,) actuator efforts in scene order
     time : s at which scheduled loads are taken
-    tip : (6,) moment and force at the tip in the base frame, fixed there or (``tip_follows``) in
-    the section
+    tip : (6,) moment and force at the tip along world axes, or (``tip_follows``) those of the tip
     tolerance : largest last correction, as a displacement of the tip in arm lengths
     iterations : Newton steps allowed for one load step
     free : (n,) bool, coordinates to be found; the others keep their start value
-
     stable : whether only stable equilibria will do
 
     Raises
@@ -83,13 +81,18 @@ def equilibrium(
 
 
 def _is_stable(dynamics: Dynamics, mask: np.ndarray) -> bool:
-    """Return whether no motion leaves the equilibrium of the last residual without swinging.
+    """Return whether the equilibrium of the last residual is stable, as far as it is watched."""
+    return int(np.count_nonzero(mask)) > WATCHED or unstable_directions(dynamics, mask) == 0
 
-    That is, whether K x = λ M x has no real negative λ. K of follower loads is not symmetric; then
-    some λ may be complex, which is flutter or its damped form, a matter of dynamics.
+
+def unstable_directions(dynamics: Dynamics, mask: np.ndarray | None = None) -> int:
+    """Return in how many ways the arm leaves the equilibrium of the last residual, not swinging.
+
+    That is, the number of real negative λ of K x = λ M x, for the coordinates in ``mask``. K of
+    follower loads is not symmetric; then some λ may be complex, which is flutter or its damped
+    form, a matter of dynamics.
     """
-    if np.count_nonzero(mask) > WATCHED:
-        return True
+    mask = np.ones(dynamics.n, dtype=bool) if mask is None else mask
     scale = 1.0 / dynamics.model.weight[mask]
     stiffness, mass = (
         dynamics.last_tangent(alpha)[np.ix_(mask, mask)] * np.outer(scale, scale)
@@ -97,10 +100,11 @@ def _is_stable(dynamics: Dynamics, mask: np.ndarray) -> bool:
     )
     size = np.abs(stiffness).max()
     if np.abs(stiffness - stiffness.T).max() < 1e-9 * size:
-        return bool(np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))[0] >= -1e-10 * size)
+        lowest = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))
+        return int(np.count_nonzero(lowest < -1e-10 * size))
     values = eig(stiffness, mass, right=False)
     real = np.abs(values.imag) <= 1e-6 * np.abs(values)
-    return not np.any(values.real[real] < -1e-10 * np.abs(values).max())
+    return int(np.count_nonzero(values.real[real] < -1e-10 * np.abs(values).max()))
 
 
 def _newton(
