@@ -135,7 +135,9 @@ class Chain:
         self.names: list[str] = []
         self.rods: dict[str, RodMap] = {}
         self.frames: dict[str, int] = {}  # node of a joint or a rigid body
-        self.joints: dict[str, int] = {}  # coordinate of a joint
+        self.joints: dict[str, range] = {}  # coordinates of a joint
+        self.charts: list[int] = []  # first coordinates of rotation vectors
+        self.free: list[int] = []  # segment that turns a free base
 
     @property
     def node(self) -> int:
@@ -163,14 +165,22 @@ class Chain:
         return begin
 
     def joint(self, joint: Joint) -> None:
-        """Append a joint: its offset, then a rotation about its axis."""
+        """Append a joint: its offset, then a segment per axis, or per shift and rotation vector."""
         self.rigid(joint.offset)
-        if joint.kind == "revolute":
-            column = self._open_block(1, np.array([[joint.stiffness]]), np.array([[joint.damping]]))
-            entries = [(column, c, joint.axis[c], joint.axis[c]) for c in range(3) if joint.axis[c]]
-            self.add(Segment(0.5, 0.0, np.zeros((2, 6)), entries))
-            self.names.append(joint.name)
-            self.joints[joint.name] = column
+        begin = len(self.names)
+        steps = _screws(joint)
+        if steps:
+            count = len(joint.coordinates)
+            self._open_block(count, joint.stiffness * np.eye(count), joint.damping * np.eye(count))
+            for screws in steps:
+                entries = [(begin + j, c, x[c], x[c]) for j, x in screws for c in range(6) if x[c]]
+                self.add(Segment(0.5, 0.0, np.zeros((2, 6)), entries))
+            self.names += joint.coordinates
+            self.joints[joint.name] = range(begin, len(self.names))
+        if joint.kind in ("spherical", "free"):
+            self.charts.append(begin)
+        if joint.kind == "free":
+            self.free.append(self.node - 1)
         self.frames[joint.name] = self.node
 
     def rigid_body(self, body: RigidBody) -> None:
@@ -263,6 +273,19 @@ class Chain:
             self.drag[-1] += drag[0]
             for k in range(len(s) - 1):
                 self.add(element.step(s[k], s[k + 1]), lumped[k + 1], drag[k + 1])
+
+
+def _screws(joint: Joint) -> list[list[tuple[int, Floats]]]:
+    """Return, for every segment of a joint, its (own coordinate, screw (6,)) pairs."""
+    if joint.kind == "prismatic":
+        return [[(0, np.concatenate([np.zeros(3), joint.axis]))]]
+    if joint.kind in ("revolute", "universal"):
+        return [[(j, np.concatenate([axis, np.zeros(3)]))] for j, axis in enumerate(joint.axes)]
+    unit = np.eye(6)
+    turn = [(j, unit[j]) for j in range(3)]
+    if joint.kind == "spherical":
+        return [turn]
+    return [[(j, unit[j]) for j in range(3, 6)], turn] if joint.kind == "free" else []
 
 
 def _merge(marks: list[float], tolerance: float) -> list[float]:

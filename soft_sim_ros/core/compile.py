@@ -137,6 +137,8 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
         tendon_seg=ints([k for t in tendons for k, _ in t]),
         tendon_path=floats([path for t in tendons for _, path in t]).reshape(-1, 2, 2, 3),
         tendon_rest=np.zeros(len(scene.actuators)),
+        chart=ints(chain.charts),
+        free=ints(chain.free),
     )
     for i, pieces in enumerate(tendons):
         for k, path in pieces:
@@ -171,9 +173,12 @@ def _weights(chain: Chain, length: float) -> Floats:
     """Return how far (in arm lengths) a unit of each coordinate may move the tip."""
     weights = np.zeros(len(chain.names))
     ahead = length
-    for name, column in chain.joints.items():
+    shifts = {e[0] for segment in chain.segments for e in segment.entries if e[1] >= ANGULAR}
+    for name, own in chain.joints.items():
         behind = sum(m.rod.length for m in chain.rods.values() if m.first_node < chain.frames[name])
-        weights[column] = max(length - behind, 0.1 * length) / length
+        reach = max(length - behind, 0.1 * length)
+        for column in own:
+            weights[column] = (1.0 if column in shifts else reach) / length
     for rod_map in chain.rods.values():
         for element in rod_map.elements:
             begin, end = element.span
@@ -191,7 +196,7 @@ def _weights(chain: Chain, length: float) -> Floats:
 def _port(chain: Chain, actuator: object) -> list[tuple[int, float]]:
     """Return (coordinate, gain) of the linear part of an actuator's position."""
     if isinstance(actuator, JointActuator):
-        return [(chain.joints[actuator.joint], 1.0)]
+        return [(chain.joints[actuator.joint][actuator.axis], 1.0)]
     if not isinstance(actuator, MomentActuator):
         return []
     gains: dict[int, float] = {}

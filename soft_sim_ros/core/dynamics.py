@@ -7,17 +7,17 @@ functions of q and q̇.
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
-from ..scene import Scene
+from ..scene import Joint, Scene
 from . import se3
 from .compile import Compiled, compile_scene
 from .kernels.columns import node_jacobians
 from .kernels.fibres import fibre_forces, fibre_tangent, section_strains
 from .kernels.forcing import apply_loads
+from .kernels.momentum import momentum
 from .kernels.output import energies, ports
 from .kernels.sweep import inverse_dynamics, place
-from .kernels.system import dense, new_system
+from .kernels.system import dense, factor, new_system, solve
 from .kernels.tangent import tangent
 from .model import Data, Floats, new_data
 from .wrench import InternalWrench, internal_wrench
@@ -92,9 +92,42 @@ class Dynamics:
     def forward_dynamics(
         self, q: Floats, v: Floats, efforts: Floats | None = None, time: float = 0.0
     ) -> Floats:
-        """Return q̈ (n,)."""
-        bias = self.inverse_dynamics(q, v, self._zero, efforts, time)
-        return cho_solve(cho_factor(self.mass_matrix(q)), -bias)
+        """Return q̈ (n,), by elimination from tip to base: the cost is linear in the blocks.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            if a coordinate moves no mass
+        """
+        out = self.inverse_dynamics(q, v, self._zero, efforts, time)
+        tangent(self.model, self._data, (0.0, 0.0, 1.0), self._system)
+        if not factor(self.model, self._system):
+            raise np.linalg.LinAlgError("the mass matrix is singular")
+        solve(self.model, self._system, out)
+        return -out
+
+    def reactions(self, q: Floats, v: Floats, a: Floats, time: float = 0.0) -> dict[str, Floats]:
+        """Return the wrench (6,) of every joint on the part after it: B (3.21), (3.34).
+
+        Moment and force in the frame after the joint, at its origin, from the balance of that
+        part. Along the directions that the joint leaves free it is what motor, spring and damper
+        give, if (q, v, a) is a motion; all others are reactions of the constraint.
+        """
+        self.residual(q, v, a, self.forcing(time=time))
+        frames = self.compiled.chain.frames
+        joints = [body.name for body in self.compiled.scene.bodies if isinstance(body, Joint)]
+        return {name: self._data.wrench[frames[name]].copy() for name in joints}
+
+    def momentum(self, q: Floats, v: Floats) -> Floats:
+        """Return the momentum map (6,) in world axes.
+
+        Angular momentum about the world's origin in kg·m²/s, momentum in kg·m/s (B, section 2).
+        """
+        found = np.zeros(10)
+        momentum(self.model, self._data, q, v, self._zero, found)
+        turn, origin = self.compiled.base[:3, :3], self.compiled.base[:3, 3]
+        push = turn @ found[3:6]
+        return np.concatenate([turn @ found[:3] + np.cross(origin, push), push])
 
     def tangents(
         self,

@@ -67,6 +67,8 @@ class Model(NamedTuple):
     tendon_seg: Ints  # (P,) segment
     tendon_path: Floats  # (P, 2, 2, 3) [Gauss point][d, d'] in the section frame, m and 1
     tendon_rest: Floats  # (A,) length in the reference shape, m
+    chart: Ints  # (C,) first coordinate of every rotation vector (spherical joints, free base)
+    free: Ints  # (0 or 1,) segment that turns a free base; the one before it shifts it
 
 
 class Data(NamedTuple):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..errors import Diverged, SceneError, StaticsFailed
 from ..scene import Scene
+from . import se3
 from .chain import Element
 from .dynamics import Dynamics
 from .integrators import method_of
@@ -112,9 +113,17 @@ class Simulation:
         q, v = np.zeros(self.n_coordinates), np.zeros(self.n_coordinates)
         given = np.zeros(self.n_coordinates, dtype=bool)
         for name, value in initial.positions.items():
-            q[chain.joints[name]], given[chain.joints[name]] = value, True
+            columns = chain.joints[name]
+            q[columns], given[columns] = value, True
         for name, value in initial.velocities.items():
             v[chain.joints[name]] = value
+        for first in self.model.chart:
+            # what is given is the angular velocity in the frame after the joint
+            tangent = se3.right_tangent(np.concatenate([q[first : first + 3], np.zeros(3)]))[:3, :3]
+            v[first : first + 3] = np.linalg.solve(tangent, v[first : first + 3])
+        for _ in self.model.free:
+            turn = se3.exp(np.concatenate([q[:3], np.zeros(3)]))[:3, :3]
+            v[3:6] = turn @ v[3:6]
         for name, offset in initial.strains.items():
             rod, section = name.split("/")
             for element in chain.rods[rod].elements:
@@ -133,8 +142,8 @@ class Simulation:
         diagonal = np.diag(self.dynamics.stiffness_matrix())
         loose = [
             name
-            for name, column in self.compiled.chain.joints.items()
-            if diagonal[column] == 0.0 and not given[column]
+            for name, columns in self.compiled.chain.joints.items()
+            if np.any((diagonal[columns] == 0.0) & ~given[columns])
         ]
         advice = "start from initial.state: reference and let it fall"
         if loose:

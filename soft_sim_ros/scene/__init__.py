@@ -6,8 +6,9 @@ from soft_sim_ros.scene.actuator import (
     MomentActuator,
     TendonActuator,
 )
-from soft_sim_ros.scene.body import Body, Joint, RigidBody, Rod
+from soft_sim_ros.scene.body import Body, RigidBody, Rod
 from soft_sim_ros.scene.initial import Initial
+from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.law import Curve, Rivlin, register_law
 from soft_sim_ros.scene.load import DistributedLoad, Load, PointLoad, Schedule
 from soft_sim_ros.scene.load_scene import Scene, load_scene, packaged_scenes, parse_scene

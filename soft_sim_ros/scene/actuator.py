@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from soft_sim_ros.scene.body import ROUNDING, Body, Joint, Rod
+from soft_sim_ros.scene.body import ROUNDING, Body, Rod
 from soft_sim_ros.scene.interval import ANY, FINITE, NONNEGATIVE, Interval
+from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.scene.tendon import HelicalPath, StraightPath, read_path
@@ -39,17 +40,17 @@ class MomentActuator:
 
 @dataclass(frozen=True)
 class JointActuator:
-    """A torque about the axis of a revolute joint."""
+    """A torque about, or a force along, an axis of a joint.
+
+    Its port position is the joint's coordinate of that axis: an angle in rad, a path in m.
+    """
 
     name: str
     limits: tuple[float, float]
     safe: float
     joint: str
-
-    @property
-    def unit(self) -> str:
-        """Unit of the effort."""
-        return "N·m"
+    axis: int = 0
+    unit: str = "N·m"
 
 
 @dataclass(frozen=True)
@@ -91,17 +92,15 @@ Actuator = MomentActuator | JointActuator | TendonActuator
 def read_actuators(entries: list[Reader], bodies: tuple[Body, ...]) -> tuple[Actuator, ...]:
     """Read ``actuators``; their order is the order of the efforts in a command."""
     rods = {body.name: body for body in bodies if isinstance(body, Rod)}
-    joints = {body.name for body in bodies if isinstance(body, Joint) and body.kind == "revolute"}
+    joints = {body.name: body for body in bodies if isinstance(body, Joint)}
     actuators: list[Actuator] = []
     for reader in entries:
-        kind = reader.one_of(("moment", "joint_torque", "tendon"))
+        kind = reader.one_of(("moment", "joint_torque", "joint_force", "tendon"))
         name = reader.name(kind, taken={actuator.name for actuator in actuators})
         if kind == "moment":
             actuators.append(_read_moment(reader, name, rods))
-        elif kind == "joint_torque":
-            reader.only("joint_torque", "joint", *LIMITS)
-            joint = reader.reference("joint", joints, "revolute joint")
-            actuators.append(JointActuator(name, *_read_limits(reader), joint))
+        elif kind in ("joint_torque", "joint_force"):
+            actuators.append(_read_joint_actuator(reader, kind, name, joints))
         else:
             actuators.append(_read_tendon(reader, name, rods))
     return tuple(actuators)
@@ -113,6 +112,23 @@ def _read_moment(reader: Reader, name: str, rods: dict[str, Rod]) -> MomentActua
     section = reader.reference("section", [s.name for s in rod.sections], "section of the rod")
     strain = reader.choice("strain", rod.strains)
     return MomentActuator(name, *_read_limits(reader), rod.name, section, strain)
+
+
+def _read_joint_actuator(
+    reader: Reader, key: str, name: str, joints: dict[str, Joint]
+) -> JointActuator:
+    reader.only(key, "joint", "axis", *LIMITS)
+    turns = key == "joint_torque"
+    kinds = ("revolute", "universal") if turns else ("prismatic",)
+    driven = [joint.name for joint in joints.values() if joint.kind in kinds]
+    joint = joints[reader.reference("joint", driven, f"{' or '.join(kinds)} joint")]
+    axis = 0
+    if joint.kind == "universal":
+        axis = ("first", "second").index(reader.choice("axis", ("first", "second")))
+    else:
+        reader.no_effect("axis", f"a {joint.kind} joint has one axis")
+    unit = "N·m" if turns else "N"
+    return JointActuator(name, *_read_limits(reader), joint.name, axis, unit)
 
 
 def _read_tendon(reader: Reader, name: str, rods: dict[str, Rod]) -> TendonActuator:

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_sim_ros.scene.interval import NONNEGATIVE, POSITIVE
+from soft_sim_ros.scene.joint import Joint, read_joint
 from soft_sim_ros.scene.material import Material
 from soft_sim_ros.scene.pose import IDENTITY, Pose, read_pose
-from soft_sim_ros.scene.reader import Reader, frozen
+from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.section import Section, read_section
 from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.taper import Floats
 
-JOINT_KINDS = ("fixed", "revolute")
 ROUNDING = 1e-9  # of the length of a rod
 
 
@@ -58,22 +58,6 @@ class Rod:
 
 
 @dataclass(frozen=True, eq=False)
-class Joint:
-    """Moves the chain by the pose ``offset``, then turns it about ``axis`` (in the new frame).
-
-    axis : (3,) unit vector; stiffness in N·m/rad (rest at angle 0); damping in N·m·s/rad.
-    A fixed joint has no angle; its axis, stiffness and damping mean nothing.
-    """
-
-    name: str
-    kind: str
-    axis: Floats
-    offset: Pose = IDENTITY
-    stiffness: float = 0.0
-    damping: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
 class RigidBody:
     """A mass fixed to the frame before it; the chain goes on from that same frame.
 
@@ -101,7 +85,10 @@ def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> tuple[
         if kind == "rod":
             bodies.append(_read_rod(reader, name, materials))
         elif kind == "joint":
-            bodies.append(_read_joint(reader, name))
+            joint = read_joint(reader, name)
+            if joint.kind == "free" and bodies:
+                reader.refuse("a free joint only as the first of the bodies", "kind")
+            bodies.append(joint)
         else:
             bodies.append(_read_rigid_body(reader, name))
     return tuple(bodies)
@@ -118,28 +105,6 @@ def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
     if not np.isfinite(rod.length):
         reader.refuse("sections of a finite length together", "sections")
     return rod
-
-
-def _read_joint(reader: Reader, name: str) -> Joint:
-    reader.only("joint", "kind", "axis", "offset", "stiffness", "damping")
-    kind = reader.choice("kind", JOINT_KINDS)
-    offset = read_pose(reader.mapping("offset"))
-    if kind == "fixed":
-        for key in ("axis", "stiffness", "damping"):
-            reader.no_effect(key, "it has no effect on a fixed joint")
-        return Joint(name, kind, frozen((1, 0, 0)), offset)
-    axis = reader.vector("axis", 3)
-    norm = float(np.linalg.norm(axis))
-    if not 1e-100 < norm < 1e100:
-        reader.refuse(f"a direction, not a vector of length {norm:g}", "axis")
-    return Joint(
-        name,
-        kind,
-        frozen(axis / norm),
-        offset,
-        stiffness=reader.number("stiffness", NONNEGATIVE, default=0.0),
-        damping=reader.number("damping", NONNEGATIVE, default=0.0),
-    )
 
 
 def _read_rigid_body(reader: Reader, name: str) -> RigidBody:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from soft_sim_ros.scene.body import Body, Joint, Rod
+import numpy as np
+
+from soft_sim_ros.scene.body import Body, Rod
+from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.reader import Reader, frozen
 from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.taper import Floats
@@ -16,19 +19,21 @@ STATES = ("reference", "equilibrium")
 class Initial:
     """The reference shape with offsets, or the static equilibrium found from there.
 
-    positions in rad and velocities in rad/s by joint name; strains by "rod/section", (6,)
-    offsets from ξ₀, constant along the section.
+    positions and velocities by joint name: a number for a joint of one coordinate (rad or m), else
+    an array in the order of ``Joint.coordinates``; the velocity of a spherical joint is the
+    angular velocity in the frame after it, of a free one the twist (angular, linear) in that
+    frame. strains by "rod/section", (6,) offsets from ξ₀, constant along the section.
     """
 
     state: str = "reference"
-    positions: dict[str, float] = field(default_factory=dict)
-    velocities: dict[str, float] = field(default_factory=dict)
+    positions: dict[str, float | Floats] = field(default_factory=dict)
+    velocities: dict[str, float | Floats] = field(default_factory=dict)
     strains: dict[str, Floats] = field(default_factory=dict)
 
 
 def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
     """Read ``initial``."""
-    joints = [body.name for body in bodies if isinstance(body, Joint) and body.kind == "revolute"]
+    joints = [body for body in bodies if isinstance(body, Joint) and body.coordinates]
     sections = {
         f"{rod.name}/{section.name}": rod.strains
         for rod in bodies
@@ -38,6 +43,11 @@ def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
     reader.only("state", "positions", "velocities", "strains")
     state = reader.choice("state", STATES, default="reference")
     positions = _read_joint_values(reader.mapping("positions"), joints)
+    for joint in joints:
+        turn = np.linalg.norm(np.atleast_1d(positions.get(joint.name, 0.0))[:3])
+        if joint.kind in ("spherical", "free") and turn > np.pi:
+            expected = f"a rotation vector no longer than half a turn, not {turn:.4g} rad"
+            reader.mapping("positions").refuse(expected, joint.name)
     velocities = _read_joint_values(reader.mapping("velocities"), joints)
     strains: dict[str, Floats] = {}
     by_section = reader.mapping("strains").only(*sections)
@@ -47,9 +57,17 @@ def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
     return Initial(state, positions, velocities, strains)
 
 
-def _read_joint_values(reader: Reader, joints: list[str]) -> dict[str, float]:
-    reader.only(*joints)
-    return {joint: reader.number(joint) for joint in joints if reader.has(joint)}
+def _read_joint_values(reader: Reader, joints: list[Joint]) -> dict[str, float | Floats]:
+    reader.only(*(joint.name for joint in joints))
+    values: dict[str, float | Floats] = {}
+    for joint in joints:
+        if reader.has(joint.name):
+            count = len(joint.coordinates)
+            one = count == 1
+            values[joint.name] = (
+                reader.number(joint.name) if one else reader.vector(joint.name, count)
+            )
+    return values
 
 
 def _read_offsets(reader: Reader, active: tuple[str, ...]) -> Floats:

@@ -103,6 +103,20 @@ class Reader:
         path = self._at(key)
         return frozen([self._number(n, within, f"{path}[{i}]") for i, n in enumerate(items)])
 
+    def matrix(self, key: str, rows: int, columns: int) -> Any:
+        """Return a list of lists of numbers as a read-only array (rows, columns)."""
+        expected = f"a list of {rows} lists of {columns} numbers"
+        node = self._find(key, REQUIRED, expected)
+        path = self._at(key)
+        lists = [] if node is None else self._items(node, rows, expected, path)
+        return frozen([
+            [
+                self._number(entry, FINITE, f"{path}[{i}][{j}]")
+                for j, entry in enumerate(self._items(item, columns, expected, f"{path}[{i}]"))
+            ]
+            for i, item in enumerate(lists)
+        ])  # fmt: skip
+
     def taper(self, key: str, within: Interval = FINITE, default: Any = REQUIRED) -> Taper:
         """Return a number, or a pair of numbers [start, end] with a straight line between."""
         node = self._find(key, default, f"a {within} or a pair [start, end] of them")

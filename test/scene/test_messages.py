@@ -156,7 +156,8 @@ MISTAKES = [
     (
         "kind: revolute",
         "kind: revolut",
-        "9: bodies[0].kind = revolut: expected one of fixed, revolute (did you mean revolute?)",
+        "9: bodies[0].kind = revolut: expected one of fixed, revolute, prismatic, universal, "
+        "spherical, free (did you mean revolute?)",
     ),
     (
         "kind: revolute\n    axis: [0, 0, 1]",
@@ -266,8 +267,8 @@ MISTAKES = [
     (
         "joint: shoulder}",
         "joint: sholder}",
-        "29: actuators[1].joint = sholder: expected the name of a revolute joint, one of "
-        "shoulder (did you mean shoulder?)",
+        "29: actuators[1].joint = sholder: expected the name of a revolute or universal joint, "
+        "one of shoulder (did you mean shoulder?)",
     ),
     (
         "limits: [-1, 1]",

@@ -6,7 +6,7 @@ Load switches hit exactly, failed steps retried smaller, nothing accepted by hop
 from .alpha import alpha_step
 from .dirk import dirk_step
 from .forcing import slack
-from .jit import bare, kernel, unit
+from .jit import bare, call_uphold, kernel, unit
 from .newton import CONVERGED, REFUSED, TOO_FAR
 
 # A step is cut in half at most this many times, into at most this many pieces, before it is
@@ -68,6 +68,8 @@ def safe_step(
         for i in range(n):
             work.before[0, i], work.before[1, i] = q[i], v[i]
         booked = (ledger[0], ledger[1])
+        if calls[3] != 0:
+            call_uphold(calls[3], model, data, work, 0.0, q, v)
         until = next_switch(loads, here, h - done)
         step = min(size, until)
         if h - done - step < 1e-9 * h:
@@ -115,6 +117,8 @@ def safe_step(
             ledger[0], ledger[1] = booked
         if status == CONVERGED:
             done += step
+            if calls[3] != 0 and call_uphold(calls[3], model, data, work, step, q, v):
+                work.restart[0] = 1
             if switches_at(loads, t + done, h):
                 work.restart[0] = 1
             if size < h:

@@ -151,3 +151,9 @@ def call_stage(context, where, calls, model, data, work, cq, cv, tolerance, limi
     """Call solve_stage(calls, model, data, work, cq, cv, tolerance, limit) by address."""
     arguments = (calls, model, data, work, cq, cv, tolerance, limit)
     return _call(numba.types.intp, where, arguments)
+
+
+@_intrinsic
+def call_uphold(context, where, model, data, work, h, q, v):  # noqa: ARG001
+    """Call uphold(model, data, work, h, q, v) by address."""
+    return _call(numba.types.boolean, where, (model, data, work, h, q, v))

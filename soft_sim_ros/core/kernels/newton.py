@@ -8,6 +8,7 @@ import numpy as np
 from ..model import Data, Floats, Ints, Model
 from .fibres import lawful
 from .jit import address, bare, call_residual, call_tangent, kernel, unit
+from .momentum import uphold
 from .sweep import inverse_dynamics
 from .system import System, factor, new_system, solve
 from .tangent import tangent
@@ -37,6 +38,8 @@ class Work(NamedTuple):
     system: System  # factors of the Newton matrix
     key: Floats  # (2,) the (cq, cv) it was made for
     residual: Floats  # (n,)
+    zero: Floats  # (n,) zeros, the rates of a state at rest
+    momentum: Floats  # (2, 10) of a free body, before and after a piece of a step
     start_q: Floats
     start_v: Floats
     q: Floats
@@ -61,6 +64,8 @@ def new_work(model: Model, stages: int) -> Work:
         system=new_system(model),
         key=np.array([-1.0, -1.0]),
         residual=np.zeros(n),
+        zero=np.zeros(n),
+        momentum=np.zeros((2, 10)),
         start_q=np.zeros(n),
         start_v=np.zeros(n),
         q=np.zeros(n),
@@ -158,10 +163,13 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
     return TOO_MANY
 
 
-def addresses(model: Model, data: Data, work: Work) -> tuple[int, int, int]:
-    """Return the addresses of inverse_dynamics, tangent and solve_stage for these arguments."""
+def addresses(model: Model, data: Data, work: Work) -> tuple[int, int, int, int]:
+    """Return the addresses of inverse_dynamics, tangent, solve_stage and uphold (0: not needed)."""
     state = (work.q, work.v, work.a, work.residual)
     first = address(inverse_dynamics, model, data, *state)
     second = address(tangent, model, data, (1.0, 1.0, 1.0), work.system)
-    calls = (first, second, 0)
-    return first, second, address(solve_stage, calls, model, data, work, 1.0, 1.0, 1.0, 1)
+    calls = (first, second, 0, 0)
+    third = address(solve_stage, calls, model, data, work, 1.0, 1.0, 1.0, 1)
+    # a free base has a chart too; a scene without either does without this kernel
+    fourth = address(uphold, model, data, work, 1.0, *state[:2]) if len(model.chart) else 0
+    return first, second, third, fourth
