@@ -34,3 +34,10 @@ def antiderivative(x: Floats) -> Floats:
     values = legvander(t, count - 1)
     integrals = [0.5 * Legendre.basis(j).integ(lbnd=-1.0)(t) for j in range(count)]
     return np.linalg.solve(values.T, np.array(integrals)).T
+
+
+def derivative(x: Floats) -> Floats:
+    """Return the matrix (N, N) from values at x (N,) to slopes of the polynomial through them."""
+    t, count = 2.0 * x - 1.0, len(x)
+    slopes = [2.0 * Legendre.basis(j).deriv()(t) for j in range(count)]
+    return np.linalg.solve(legvander(t, count - 1).T, np.array(slopes)).T
