@@ -9,7 +9,17 @@ from setuptools import Distribution, find_packages, setup
 from distutils.command.install_data import install_data  # isort: skip  (setuptools brings distutils)
 
 NAME = "soft_sim_ros"
-VERBS = ("check", "simulate", "replay", "rerun", "recover", "report", "rollout", "demo")
+VERBS = (
+    "check",
+    "simulate",
+    "replay",
+    "rerun",
+    "recover",
+    "report",
+    "rollout",
+    "linearise",
+    "demo",
+)
 
 # The one place of requirements. Lower bounds are what Ubuntu 24.04 ships, where it ships them;
 # upper bounds are the next version that may break something.

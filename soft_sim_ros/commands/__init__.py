@@ -8,5 +8,6 @@ VERBS = {
     "recover": "turn a torn recording into a clean one",
     "report": "write a page about a recording, and export its arrays",
     "rollout": "simulate as fast as possible into a recording, without ROS",
+    "linearise": "write A, B, C, D of an equilibrium for scipy.signal and python-control",
     "demo": "simulate, drive over ROS topics, record, replay, re-simulate and summarise",
 }

@@ -55,7 +55,7 @@ class ComplexModes(NamedTuple):
     def damping_ratios(self) -> Floats:
         """−Re s / |s| (m,): 1 does not swing, negative grows; 0 for s = 0."""
         size = np.abs(self.values)
-        return -np.divide(self.values.real, size, out=np.zeros_like(size), where=size > 0.0)
+        return 0.0 - np.divide(self.values.real, size, out=np.zeros_like(size), where=size > 0.0)
 
     @property
     def growth(self) -> float:

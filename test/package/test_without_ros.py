@@ -12,7 +12,10 @@ MODULES = (
     "soft_sim_ros.recording.reader",
     "soft_sim_ros.recording.writer",
     "soft_sim_ros.report",
-    *(f"soft_sim_ros.commands.{v}" for v in ("check", "recover", "report", "rerun", "rollout")),
+    *(
+        f"soft_sim_ros.commands.{v}"
+        for v in ("check", "recover", "report", "rerun", "rollout", "linearise")
+    ),
 )
 
 
