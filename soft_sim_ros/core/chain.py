@@ -121,6 +121,7 @@ class RodMap:
     rod: Rod
     first_node: int
     elements: list[Element]
+    pivot: list[int] = field(default_factory=list)  # coordinates of the hinge of a limp rod
     last_node: int = 0
 
 
@@ -209,7 +210,8 @@ class Chain:
 
     def rod(self, rod: Rod, basis: Basis, cuts: set[float]) -> None:
         """Append a rod, cut at section ends, element ends and the arc lengths ``cuts`` in m."""
-        rod_map = RodMap(rod, self.node, [])
+        pivot = self._pivot(rod) if rod.model.is_limp else []
+        rod_map = RodMap(rod, self.node, [], pivot)
         self.rods[rod.name] = rod_map
         for i, section in enumerate(rod.sections):
             begin, end = rod.boundaries[i], rod.boundaries[i + 1]
@@ -219,6 +221,20 @@ class Chain:
             ends[0], ends[-1] = begin, end
             self._section(rod_map, section, (begin, end), np.array(ends), basis)
         rod_map.last_node = self.node
+
+    def _pivot(self, rod: Rod) -> list[int]:
+        """Append the hinge at the start of a string or cable and return its coordinates.
+
+        What cannot carry a moment cannot hold a direction either: in its frame's own axes the rod
+        leaves along exp of a rotation vector that the bending strains span.
+        """
+        bending = [name for name in rod.model.limp if name in rod.strains]
+        count = len(bending)
+        begin = self._open_block(count, np.zeros((count, count)), np.zeros((count, count)))
+        entries = [(begin + j, STRAINS.index(name), 1.0, 1.0) for j, name in enumerate(bending)]
+        self.add(Segment(0.5, 0.0, np.zeros((2, 6)), entries))
+        self.names += [f"{rod.name}/start/{name}" for name in bending]
+        return [begin + j for j in range(count)]
 
     def _section(
         self,

@@ -180,6 +180,7 @@ def _weights(chain: Chain, length: float) -> Floats:
         for column in own:
             weights[column] = (1.0 if column in shifts else reach) / length
     for rod_map in chain.rods.values():
+        weights[rod_map.pivot] = ahead / length
         for element in rod_map.elements:
             begin, end = element.span
             x, w = gauss(12)

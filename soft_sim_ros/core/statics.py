@@ -9,6 +9,7 @@ from ..errors import StaticsFailed
 from .dynamics import Dynamics
 from .kernels.newton import CONVERGED, REASONS, admissible
 from .model import Floats
+from .relaxation import sink
 
 MIN_LOAD_STEP = 1e-6
 WATCHED = 1500
@@ -50,7 +51,9 @@ def equilibrium(
     Weight, loads and efforts grow together from zero to their full size along the path of
     equilibria that starts at q, so of several equilibria the one on the load path is found. A limit
     point ends it, and so does (``stable``) the loss of static stability, as in buckling: it is
-    looked for after every load step, up to WATCHED coordinates.
+    looked for after every load step, up to WATCHED coordinates. An arm with a string or a cable in
+    it has no such path, since only its load holds it: it sinks into a stable equilibrium under the
+    full load (relaxation.py).
     """
     n = dynamics.n
     state = np.zeros(n) if q is None else np.array(q, dtype=np.float64)
@@ -59,6 +62,8 @@ def equilibrium(
         return state
     reached, step = 0.0, 1.0
     previous: tuple[float, Floats] | None = None
+    if any(m.pivot for m in dynamics.compiled.chain.rods.values()):
+        state = sink(dynamics, state, mask, (efforts, time, 1.0, tip, tip_follows), time)
     while reached < 1.0:
         share = min(1.0, reached + step)
         guess = state.copy()

@@ -98,12 +98,14 @@ def _density(
     """Return inertial minus external wrench per length (nodes, 6), in section axes."""
     begin, end = element.span
     s = begin + (end - begin) * lobatto(element.nodes)[0]
-    mass, *moments = element.section.inertia(element.normalised(s)).T
-    inertia = np.stack([*moments, mass, mass, mass], axis=1)
+    # mass and principal moments as factors of M and N
+    spread = [1, 2, 3, 0, 0, 0]
+    inertia = element.section.inertia(element.normalised(s))[:, spread]
+    drag = element.section.drag(element.normalised(s))[:, spread]
     eta, acc = data.eta[at], data.acc[at]
-    out: Floats = inertia * acc
+    out: Floats = inertia * acc + drag * eta
     out[:, :3] += np.cross(eta[:, :3], inertia[:, :3] * eta[:, :3])
-    out[:, 3:] += mass[:, None] * np.cross(eta[:, :3], eta[:, 3:])
+    out[:, 3:] += inertia[:, 3:] * np.cross(eta[:, :3], eta[:, 3:])
     rotation = data.rotation[at].reshape(-1, 3, 3)
     for load in dynamics.compiled.scene.loads:
         if isinstance(load, DistributedLoad) and load.body == rod:

@@ -110,7 +110,7 @@ def _read_moment(reader: Reader, name: str, rods: dict[str, Rod]) -> MomentActua
     reader.only("moment", "rod", "section", "strain", *LIMITS)
     rod = rods[reader.reference("rod", rods, "rod")]
     section = reader.reference("section", [s.name for s in rod.sections], "section of the rod")
-    strain = reader.choice("strain", rod.strains)
+    strain = reader.choice("strain", [s for s in rod.strains if s not in rod.model.limp])
     return MomentActuator(name, *_read_limits(reader), rod.name, section, strain)
 
 

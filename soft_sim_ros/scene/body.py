@@ -11,8 +11,8 @@ from soft_sim_ros.scene.joint import Joint, read_joint
 from soft_sim_ros.scene.material import Material
 from soft_sim_ros.scene.pose import IDENTITY, Pose, read_pose
 from soft_sim_ros.scene.reader import Reader
+from soft_sim_ros.scene.rod_model import COSSERAT, MODELS, RodModel
 from soft_sim_ros.scene.section import Section, read_section
-from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.taper import Floats
 
 ROUNDING = 1e-9  # of the length of a rod
@@ -22,13 +22,14 @@ ROUNDING = 1e-9  # of the length of a rod
 class Rod:
     """An elastic rod that leaves the frame before it along that frame's x axis.
 
-    ``strains`` are the components that can change, in the order of STRAINS; the others keep
-    their reference values.
+    ``strains`` are the components that can change, in the order of STRAINS: those of its model,
+    or some of them. The others keep their reference values.
     """
 
     name: str
     strains: tuple[str, ...]
     sections: tuple[Section, ...]
+    model: RodModel = COSSERAT
 
     @property
     def length(self) -> float:
@@ -95,13 +96,14 @@ def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> tuple[
 
 
 def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
-    reader.only("rod", "strains", "sections")
-    strains = reader.choices("strains", STRAINS)
+    reader.only("rod", "model", "strains", "sections")
+    model = MODELS[reader.choice("model", MODELS, default="cosserat")]
+    strains = reader.choices("strains", model.strains)
     sections: list[Section] = []
     for entry in reader.entries("sections", required=True):
         taken = {section.name for section in sections}
-        sections.append(read_section(entry, materials, strains, taken))
-    rod = Rod(name, strains, tuple(sections))
+        sections.append(read_section(entry, materials, model, strains, taken))
+    rod = Rod(name, strains, tuple(sections), model)
     if not np.isfinite(rod.length):
         reader.refuse("sections of a finite length together", "sections")
     return rod

@@ -102,7 +102,7 @@ def _read_point(
         s = read_arc_length(reader, "s", body, default=body.length)
     else:
         reader.no_effect("s", f"{body.name} is not a rod")
-    return PointLoad(name, schedule, body.name, s, *_read_wrench(reader))
+    return PointLoad(name, schedule, body.name, s, *_read_wrench(reader, body))
 
 
 def _read_distributed(
@@ -112,10 +112,12 @@ def _read_distributed(
     rods = {body.name: body for body in bodies if isinstance(body, Rod)}
     rod = rods[reader.reference("body", rods, "rod")]
     start, end = read_span(reader, rod)
-    return DistributedLoad(name, schedule, rod.name, start, end, *_read_wrench(reader))
+    return DistributedLoad(name, schedule, rod.name, start, end, *_read_wrench(reader, rod))
 
 
-def _read_wrench(reader: Reader) -> tuple[Floats, Floats, str]:
+def _read_wrench(reader: Reader, body: Body) -> tuple[Floats, Floats, str]:
+    if isinstance(body, Rod) and body.model.is_limp:
+        reader.no_effect("moment", f"a {body.model.name} carries no moment")
     if not (reader.has("force") or reader.has("moment")):
         reader.refuse("a force or a moment")
     force = reader.vector("force", 3, default=(0, 0, 0))

@@ -16,13 +16,14 @@ from soft_sim_ros.scene.interval import POSITIVE
 from soft_sim_ros.scene.material import Material
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.reference import Reference, read_reference
+from soft_sim_ros.scene.rod_model import COSSERAT, RodModel
 from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.taper import Floats
 
 
 @dataclass(frozen=True)
 class Section:
-    """Length in m, material, cross-section and reference shape.
+    """Length in m, material, cross-section, reference shape and the model of its rod.
 
     All functions take normalised arc lengths x (…) in [0, 1]. ``shear_correction`` (k_y, k_z)
     overrides the factors of the cross-section.
@@ -34,6 +35,7 @@ class Section:
     cross_section: CrossSection
     reference: Reference = Reference()
     shear_correction: tuple[float, float] | None = None
+    model: RodModel = COSSERAT
 
     def stiffness(self, x: Floats) -> Floats:
         """Return (…, 6): G·I_t, E·I_y, E·I_z in N·m², E·A, k_y·G·A, k_z·G·A in N, at rest."""
@@ -51,11 +53,15 @@ class Section:
         return self._law(x, self.material.axial_viscosity, self.material.viscosity)
 
     def inertia(self, x: Floats) -> Floats:
-        """Return (…, 4) per arc length: ρA in kg/m, ρ(I_y + I_z), ρI_y, ρI_z in kg·m."""
+        """Return (…, 4) per arc length: ρA in kg/m, ρ(I_y + I_z), ρI_y, ρI_z in kg·m.
+
+        Without what the model of the rod leaves out.
+        """
         x = np.asarray(x, dtype=float)
         about_y, about_z = self.cross_section.second_moments(x)
         area = self.cross_section.area(x)
-        rows = [area, about_y + about_z, about_y, about_z]
+        tilt, turn = self.model.rotary
+        rows = [area, turn * (about_y + about_z), tilt * about_y, tilt * about_z]
         return self.material.density * np.stack(rows, axis=-1)
 
     def drag(self, x: Floats) -> Floats:
@@ -93,13 +99,19 @@ class Section:
         ky, kz = self.shear_factors(x)
         twist = shear * self.cross_section.torsion_constant(x)
         rows = [twist, axial * about_y, axial * about_z, axial * area]
-        return np.stack([*rows, ky * shear * area, kz * shear * area], axis=-1)
+        law = np.stack([*rows, ky * shear * area, kz * shear * area], axis=-1)
+        law[..., [STRAINS.index(strain) for strain in self.model.limp]] = 0.0
+        return law
 
 
 def read_section(
-    reader: Reader, materials: dict[str, Material], strains: tuple[str, ...], taken: set[str]
+    reader: Reader,
+    materials: dict[str, Material],
+    model: RodModel,
+    strains: tuple[str, ...],
+    taken: set[str],
 ) -> Section:
-    """Read one entry of ``sections`` of a rod with some active strains."""
+    """Read one entry of ``sections`` of a rod of a model with some active strains."""
     reader.only("name", "length", "material", "cross_section", "reference", "shear_correction")
     section = Section(
         name=reader.name("name", taken=taken),
@@ -108,7 +120,11 @@ def read_section(
         cross_section=read_cross_section(reader.mapping("cross_section", required=True)),
         reference=read_reference(reader.mapping("reference")),
         shear_correction=_read_shear_correction(reader),
+        model=model,
     )
+    if model.is_limp and section.material.law is not None:
+        what = f"a material without a law: a {model.name} has no bending stiffness"
+        reader.refuse(what, "material")
     _check_representable(reader, section, strains)
     return section
 
@@ -128,12 +144,14 @@ def _check_representable(reader: Reader, section: Section, strains: tuple[str, .
     with np.errstate(all="ignore"):
         ends = np.array([0.0, 1.0])
         stiffness, inertia = section.stiffness(ends), section.inertia(ends)
-    for name in strains:
+    for name in (strain for strain in strains if strain not in section.model.limp):
         for value in stiffness[:, STRAINS.index(name)]:
             if not (value > np.finfo(float).tiny and np.isfinite(value)):
                 # Cowper's factor of a flat ellipse turns negative for auxetic materials.
                 hint = " (give shear_correction)" if name.startswith("shear") else ""
                 expected = f"a {name} stiffness > 0 and finite, it is {value:g}{hint}"
                 reader.refuse(expected, "cross_section")
+    tilt, turn = section.model.rotary
+    inertia = inertia[:, [True, turn, tilt, tilt]]
     if not (np.all(inertia > np.finfo(float).tiny) and np.all(np.isfinite(inertia))):
         reader.refuse("a mass and inertia per length > 0 and finite", "cross_section")

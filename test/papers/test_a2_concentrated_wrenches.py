@@ -166,3 +166,15 @@ def test_the_scene_of_this_row_jumps_where_it_says():
     wrench = dynamics.internal_wrench(equilibrium(dynamics))
     jumps = np.abs(wrench.after - wrench.before).max(axis=1) > 1e-9
     np.testing.assert_allclose(wrench.s[jumps], [0.25, 0.5, 0.8, 1.0], atol=1e-12)
+
+
+def test_rayleigh_drag_is_carried_as_any_load():
+    """A bar that spins about its own axis: the drag's moment α ρ(I_y + I_z) ω (ℓ − s)."""
+    document = rod_document(strains=["bend_y"], material={"rayleigh": {"mass": 2.0}})
+    document["bodies"].insert(0, {"joint": "hub", "kind": "revolute", "axis": [1, 0, 0]})
+    dynamics = Dynamics(scene_of(document))
+    v = np.zeros(dynamics.n)
+    v[0] = 5.0
+    wrench = dynamics.internal_wrench(np.zeros(dynamics.n), v)
+    expected = -2.0 * RHO * 2 * INERTIA * 5.0 * (LENGTH - wrench.s)
+    np.testing.assert_allclose(wrench.after[1:, 0], expected[1:], atol=1e-12 * abs(expected[0]))
