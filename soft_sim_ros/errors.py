@@ -115,6 +115,28 @@ class NoBranch(SoftSimError):
         return f"no branch of equilibria at load {self.load:g}: {self.why}"
 
 
+class TargetUnreachable(SoftSimError):
+    """No efforts were found, within their limits, that bring the tip to its target.
+
+    Parameters
+    ----------
+    distance : between the target position and the nearest one found, m
+    angle : between the target orientation and the one found there, rad
+    closest : efforts and pose found, an ``inverse_kinematics.Reach``
+    """
+
+    def __init__(self, distance: float, angle: float, closest: object = None) -> None:
+        super().__init__(distance, angle, closest)
+        self.distance, self.angle, self.closest = distance, angle, closest
+
+    def __str__(self) -> str:
+        """Put the numbers in a sentence."""
+        return (
+            f"the target is out of reach: the tip comes within {self.distance:.4g} m "
+            f"and {self.angle:.4g} rad of it"
+        )
+
+
 class RecordingError(SoftSimError):
     """A recording cannot be read or written.
 
