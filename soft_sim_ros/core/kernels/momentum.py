@@ -3,8 +3,8 @@
 The equation of a free base *is* the balance of momentum: what the first six equations of r = 0 say
 is that the momentum map (B, section 2: Ad* of ∂T/∂η₀) changes by weight and loads alone. A method
 in time keeps that balance to its order. Under weight alone it can be kept exactly, since the change
-over a step is known in closed form; the base is given the one twist that restores it, at the cost
-of one sweep. That twist is of the size of the method's own error, so its order stays.
+over a step is known in closed form: the base is given the one shift and the one twist that restore
+it, at the cost of three sweeps. They are of the size of the method's own error, so its order stays.
 """
 
 import numpy as np
@@ -90,20 +90,28 @@ def spatial_inertia(model, data, out):
 
 @kernel
 def restore_momentum(model, data, work, h, q, v):
-    """Give the free base the twist with which momentum has changed by weight alone.
+    """Put the free base where, and give it the twist with which, weight alone has brought it.
 
+    Its centre of mass then falls as Newton says, and momentum has changed by its impulse alone.
     work.momentum[0] is that of h in s ago. Nothing is done where other loads act: data.active is
     that of the step's last stage.
     """
     if data.active[0] != 0 or data.active[1] != 0:
         return
     before, found = work.momentum[0], work.momentum[1]
-    gravity = load_vec(data.gravity)
-    linear, total = load_vec(before[3:]), before[9]
-    # weight acts at the centre of mass, which falls freely
-    arm = add(scale(h, load_vec(before[6:])), scale(0.5 * h * h, linear))
-    angular = add(load_vec(before[0:]), cross(arm, gravity))
+    gravity, base = load_vec(data.gravity), load_mat(data.rotation[model.free[0]])
+    angular, linear, first = load_vec(before[0:]), load_vec(before[3:]), load_vec(before[6:])
+    total = before[9]
+    # the centre of mass falls freely, and weight acts there
+    path = add(scale(h, linear), scale(0.5 * h * h * total, gravity))
+    arm = add(scale(h, first), scale(0.5 * h * h, linear))
+    angular = add(angular, cross(arm, gravity))
     linear = add(linear, scale(h * total, gravity))
+    momentum(model, data, q, v, work.zero, found)
+    off = sub(add(first, path), load_vec(found[6:]))
+    shift = apply_t(base, scale(1.0 / total, off))
+    for i in range(3):
+        q[3 + i] += shift[i]
     momentum(model, data, q, v, work.zero, found)
     x, inertia, pivot = np.zeros(6), np.zeros((6, 6)), np.zeros(6, dtype=np.int64)
     store_vec(x[0:], sub(angular, load_vec(found[0:])))
@@ -112,11 +120,11 @@ def restore_momentum(model, data, work, h, q, v):
     if not lu_factor(inertia, pivot):
         return
     lu_solve(inertia, pivot, x)
-    turn, shift = load_vec(x[0:]), load_vec(x[3:])
-    k = model.free[0]
-    at = load_vec(data.position[k + 1])
-    rate = vector_rate((q[0], q[1], q[2]), apply_t(load_mat(data.rotation[k + 1]), turn))
-    speed = apply_t(load_mat(data.rotation[k]), add(shift, cross(turn, at)))
+    turn, speed = load_vec(x[0:]), load_vec(x[3:])
+    after = model.free[0] + 1
+    at = load_vec(data.position[after])
+    rate = vector_rate((q[0], q[1], q[2]), apply_t(load_mat(data.rotation[after]), turn))
+    speed = apply_t(base, add(speed, cross(turn, at)))
     for i in range(3):
         v[i] += rate[i]
         v[3 + i] += speed[i]
@@ -131,7 +139,7 @@ def uphold(model, data, work, h, q, v):
     compile or call this.
     """
     model, data, work, q, v = bare(model), bare(data), bare(work), bare(q), bare(v)
-    free = len(model.free) > 0
+    free = len(model.free) > 0 and len(model.drag) == 0  # drag is a force from outside
     if h == 0.0:
         if free:
             momentum(model, data, q, v, work.zero, work.momentum[0])
