@@ -192,3 +192,21 @@ class FieldError(SoftSimError):
     def __str__(self) -> str:
         """Say what is expected."""
         return f"section {self.section!r} has a law of its own: field residuals need a linear one"
+
+
+class NoSuchPlace(SoftSimError):
+    """A rod, a strain or an arc length that the arm does not have.
+
+    Parameters
+    ----------
+    asked : what was asked for
+    expected : what there is
+    """
+
+    def __init__(self, asked: object, expected: str) -> None:
+        super().__init__(asked, expected)
+        self.asked, self.expected = asked, expected
+
+    def __str__(self) -> str:
+        """Put both in a sentence."""
+        return f"{self.asked!r}: expected {self.expected}"

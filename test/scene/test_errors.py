@@ -27,6 +27,7 @@ ERRORS = [
     ),
     (errors.RecordingError("runs/1", "no metadata.yaml"), "runs/1: no metadata.yaml"),
     (errors.TornRecording("runs/1", "no footer"), "runs/1: no footer"),
+    (errors.NoSuchPlace("leg", "one of the rods arm"), "'leg': expected one of the rods arm"),
     (errors.CommandError("~/command", "5 efforts, not 6"), "~/command: 5 efforts, not 6"),
 ]
 
