@@ -12,21 +12,18 @@ import numpy as np
 from ..errors import SceneError
 from ..scene import (
     Joint,
-    JointActuator,
-    MomentActuator,
     PointLoad,
     RigidBody,
     Rod,
     Scene,
-    TendonActuator,
 )
-from ..scene.strains import STRAINS
 from . import se3
 from .arrays import flat_entries, floats, ints
-from .chain import ANGULAR, GAUSS2, Chain
+from .chain import ANGULAR, Chain
 from .fibres import flatten_fibres
 from .loads import lump_loads
 from .model import Floats, Loads, Model
+from .ports import Path, flat_ports
 from .quadrature import gauss
 
 
@@ -70,7 +67,7 @@ def build_chain(scene: Scene) -> Chain:
         else:
             cuts[load.body] |= {load.start, load.end}
     for actuator in scene.actuators:
-        if isinstance(actuator, TendonActuator):
+        if isinstance(actuator, Path):
             cuts[actuator.rod] |= {actuator.start, actuator.end}
     chain = Chain()
     for body in scene.bodies:
@@ -109,9 +106,7 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
     block_seg = ints([*(block.first_segment for block in blocks), len(segments)])
     seg_block = ints(np.repeat(np.arange(len(blocks)), np.diff(block_seg)))
     entries = flat_entries(segments)
-    ports = [_port(chain, actuator) for actuator in scene.actuators]
-    tendons = [_tendon(chain, actuator) for actuator in scene.actuators]
-    model = Model(
+    return Model(
         half=floats([s.half for s in segments]),
         kappa=floats([s.kappa for s in segments]),
         xi0=floats([s.xi0 for s in segments]).reshape(-1, 2, 6),
@@ -130,23 +125,10 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
         fibres=flatten_fibres(chain, seg_block),
         drag=floats(chain.drag if np.any(chain.drag) else np.zeros((0, 4))),
         weight=_weights(chain, length),
-        port_ptr=ints([0, *np.cumsum([len(p) for p in ports])]),
-        port_col=ints([column for p in ports for column, _ in p]),
-        port_gain=floats([gain for p in ports for _, gain in p]),
-        tendon_ptr=ints([0, *np.cumsum([len(t) for t in tendons])]),
-        tendon_seg=ints([k for t in tendons for k, _ in t]),
-        tendon_path=floats([path for t in tendons for _, path in t]).reshape(-1, 2, 2, 3),
-        tendon_rest=np.zeros(len(scene.actuators)),
+        **flat_ports(scene, chain),
         chart=ints(chain.charts),
         free=ints(chain.free),
     )
-    for i, pieces in enumerate(tendons):
-        for k, path in pieces:
-            for g in range(2):
-                xi = model.xi0[k, g]
-                stretched = xi[3:] + np.cross(xi[:3], path[g, 0]) + path[g, 1]
-                model.tendon_rest[i] += model.half[k] * np.linalg.norm(stretched)
-    return model
 
 
 def _sparse_law(chain: Chain) -> tuple:
@@ -192,40 +174,3 @@ def _weights(chain: Chain, length: float) -> Floats:
                 weights[first : first + count] += amount.sum(axis=0) / length
         ahead -= rod_map.rod.length
     return weights
-
-
-def _port(chain: Chain, actuator: object) -> list[tuple[int, float]]:
-    """Return (coordinate, gain) of the linear part of an actuator's position."""
-    if isinstance(actuator, JointActuator):
-        return [(chain.joints[actuator.joint][actuator.axis], 1.0)]
-    if not isinstance(actuator, MomentActuator):
-        return []
-    gains: dict[int, float] = {}
-    component = STRAINS.index(actuator.strain)
-    for element in chain.rods[actuator.rod].elements:
-        if element.section.name != actuator.section:
-            continue
-        begin, end = element.span
-        for columns in element.columns:
-            if columns[0] == component:
-                x, w = gauss(columns[2] + 1)
-                integral = (end - begin) * w @ element.values(columns, begin + (end - begin) * x)
-                for j, value in enumerate(integral):
-                    gains[columns[1] + j] = gains.get(columns[1] + j, 0.0) + value
-    # integrals that vanish by orthogonality are round-off
-    largest = max((abs(v) for v in gains.values()), default=0.0)
-    return [(c, v) for c, v in gains.items() if abs(v) > 1e-14 * largest]
-
-
-def _tendon(chain: Chain, actuator: object) -> list[tuple[int, Floats]]:
-    """Return (segment, path (2, 2, 3)) for every segment along a tendon."""
-    if not isinstance(actuator, TendonActuator):
-        return []
-    pieces = []
-    for k, segment in chain.rod_segments(chain.rods[actuator.rod]):
-        begin, end = segment.span
-        middle = 0.5 * (begin + end)
-        if actuator.start < middle < actuator.end:
-            s = begin + (end - begin) * GAUSS2
-            pieces.append((k, np.stack([actuator.offset(s), actuator.slope(s)], axis=1)))
-    return pieces

@@ -14,6 +14,7 @@ from .compile import Compiled, compile_scene
 from .kernels.columns import node_jacobians
 from .kernels.fibres import fibre_forces, fibre_tangent, section_strains
 from .kernels.forcing import apply_loads
+from .kernels.friction import TENSION
 from .kernels.momentum import momentum
 from .kernels.output import energies, ports
 from .kernels.sweep import inverse_dynamics, place
@@ -189,33 +190,62 @@ class Dynamics:
         """Return g(q) = ∂V_gravity/∂q (n,): C (1.34)."""
         data = self.forcing()
         data.active[:] = 0
+        data.effort[self.model.winch[:, 0] != 0.0] = -np.inf  # slack
         return self.residual(q, self._zero, self._zero, data) - self.elastic_force(q)
 
     def effort_matrix(self, q: Floats, efforts: Floats | None = None) -> Floats:
         """Return the generalised force per unit effort (n, A) at rest.
 
-        The residual is linear in the efforts, so their unit differences are exact.
+        The residual is linear in the efforts, so their differences are exact; they are small,
+        because a tendon whose length is commanded may be close to slack.
         """
         level = np.zeros(self.actuators) if efforts is None else np.asarray(efforts, dtype=float)
         still = self.residual(q, self._zero, self._zero, self.forcing(level))
+        length = self.model.winch[:, 0] != 0.0
+        size = np.where(length, 1e-6, 1.0)
         columns = [
-            still - self.residual(q, self._zero, self._zero, self.forcing(level + unit))
-            for unit in np.eye(self.actuators)
+            (still - self.residual(q, self._zero, self._zero, self.forcing(level + move)))
+            / move.sum()
+            for move in np.diag(size)
         ]
         return np.stack(columns, axis=1) if columns else np.zeros((self.n, 0))
 
-    def energies(self, q: Floats, v: Floats) -> tuple[float, float, float]:
-        """Return kinetic, elastic and gravity energy in J; gravity energy is zero at the base."""
-        return energies(self.model, self.forcing(), q, v, self._zero)
+    def energies(
+        self, q: Floats, v: Floats, efforts: Floats | None = None
+    ) -> tuple[float, float, float]:
+        """Return kinetic, elastic and gravity energy in J; gravity energy is zero at the base.
+
+        The elastic energy is that of rods and joints, and of tendons whose lengths are commanded.
+        """
+        return energies(self.model, self.forcing(efforts), q, v, self._zero)
 
     def ports(self, q: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Return position and velocity (A,) of the actuator ports.
 
         Effort · velocity is power into the arm.
         """
-        position, velocity = np.zeros(self.actuators), np.zeros(self.actuators)
-        ports(self.model, self._data, q, v, self._zero, position, velocity)
-        return position, velocity
+        return self._ports(q, v)[:2]
+
+    def port_efforts(self, q: Floats, v: Floats, efforts: Floats) -> Floats:
+        """Return the efforts (A,) that act: those given, but tensions where lengths are given."""
+        self.forcing(efforts)
+        return self._ports(q, v)[2]
+
+    def _ports(self, q: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
+        position, velocity, effort = np.zeros((3, self.actuators))
+        ports(self.model, self._data, q, v, self._zero, position, velocity, effort)
+        return position, velocity, effort
+
+    def tensions(self, q: Floats, v: Floats, efforts: Floats, actuator: int) -> Floats:
+        """Return the tension in N along a tendon (2 P,), start to end, at its P segments' points.
+
+        It changes along the tendon only where there is friction, and only while it slips.
+        """
+        self.residual(q, v, self._zero, self.forcing(efforts))
+        begin, end = self.model.tendon_ptr[actuator : actuator + 2]
+        if self.model.friction[actuator, 0] != 0.0:
+            return self._data.station[begin:end, :, TENSION].ravel()
+        return np.full(2 * (end - begin), self.port_efforts(q, v, efforts)[actuator])
 
     def node_poses(self, q: Floats) -> Floats:
         """Return the poses (nodes, 4, 4) of all nodes in the world."""

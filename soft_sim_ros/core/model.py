@@ -63,10 +63,14 @@ class Model(NamedTuple):
     port_ptr: Ints  # (A + 1,) linear part of the actuators: dq-columns …
     port_col: Ints
     port_gain: Floats  # … and their gains: position = gain · q
-    tendon_ptr: Ints  # (A + 1,) tendon pieces of an actuator
+    tendon_ptr: Ints  # (A + 1,) pieces of path of an actuator: a tendon or a chamber
     tendon_seg: Ints  # (P,) segment
-    tendon_path: Floats  # (P, 2, 2, 3) [Gauss point][d, d'] in the section frame, m and 1
+    tendon_path: Floats  # (P, 2, 3, 3) [Gauss point][d, d', d''] in the section frame, m, 1, 1/m
     tendon_rest: Floats  # (A,) length in the reference shape, m
+    tendon_gain: Floats  # (A,) port position per lengthening: −1 (tendon), its area in m² (chamber)
+    winch: Floats  # (A, 2) N/m and N·s/m of a tendon whose length is commanded; 0: its tension is
+    friction: Floats  # (A, 3) coefficient, slip speed in m/s, curvature in 1/m that counts as none
+    couple_ptr: Ints  # (A + 1,) columns by which an actuator ties blocks together
     chart: Ints  # (C,) first coordinate of every rotation vector (spherical joints, free base)
     free: Ints  # (0 or 1,) segment that turns a free base; the one before it shifts it
 
@@ -87,8 +91,8 @@ class Data(NamedTuple):
     dead: Floats  # (S + 1, 6) moment and force fixed in the base frame
     follower: Floats  # (S + 1, 6) moment and force fixed in the section
     active: Ints  # (2,) whether any dead wrench, any follower acts: kernels skip what does not
-    effort: Floats  # (A,) N·m or N
-    tendon: Floats  # (A,) present tendon length, m
+    effort: Floats  # (A,) N·m, N or Pa; m pulled in of a tendon whose length is commanded
+    station: Floats  # (P, 2, 4) along tendons with friction (kernels/friction.py)
     section: Floats  # (P, 4) K − K₀ and stretch at the stations of hyperelastic sections
 
 
@@ -111,7 +115,7 @@ def new_data(model: Model) -> Data:
         follower=np.zeros((nodes, 6)),
         active=np.zeros(2, dtype=np.int64),
         effort=np.zeros(actuators),
-        tendon=np.zeros(actuators),
+        station=np.zeros((len(model.tendon_seg) if model.friction.any() else 0, 2, 4)),
         section=np.zeros((len(model.fibres.block), 4)),
     )
     data.rotation[0, [0, 4, 8]] = 1.0

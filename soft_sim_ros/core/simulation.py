@@ -88,6 +88,7 @@ class Simulation:
         self.q, self.v = self._q.view(), self._v.view()
         self.q.flags.writeable = self.v.flags.writeable = False
         self._efforts = np.array([actuator.safe for actuator in scene.actuators], dtype=np.float64)
+        self._lengths = self.model.winch[:, 0] != 0.0  # actuators commanded by length
         self._tip = np.zeros(6)
         self._tip_follows = False
         self._ledger = np.zeros(2)
@@ -199,7 +200,7 @@ class Simulation:
         self._ledger[:] = 0.0
         self._actuator_work = 0.0
         self._settled = self.dynamics.ports(self._q, self._v)[0]
-        self._reference = sum(self.dynamics.energies(self._q, self._v))
+        self._reference = sum(self.dynamics.energies(self._q, self._v, self._efforts))
 
     def set_state(self, q: Floats, v: Floats) -> None:
         """Set coordinates and rates (n,); the ledger counts from this state on."""
@@ -211,7 +212,7 @@ class Simulation:
         self._forget()
 
     def set_efforts(self, efforts: Floats) -> None:
-        """Hold efforts (A,) in scene order, in N·m or N, from now on."""
+        """Hold efforts (A,) in scene order, in N·m, N or Pa (lengths in m), from now on."""
         efforts = np.asarray(efforts, dtype=np.float64)
         if efforts.shape != self._efforts.shape or not np.isfinite(efforts).all():
             raise ValueError(
@@ -220,7 +221,10 @@ class Simulation:
         if np.array_equal(efforts, self._efforts):
             return
         self._settle()
+        before = self._elastic()
         self._efforts[:] = efforts
+        # a winch that jumps stretches its tendon
+        self._actuator_work += self._elastic() - before
         self._work.restart[0] = 1
 
     def set_tip_wrench(self, wrench: Floats, frame: str = "world") -> None:
@@ -275,14 +279,29 @@ class Simulation:
             raise Diverged(self.time, REASONS[status])
 
     def _settle(self) -> None:
-        """Book the work done by the efforts held so far: exact, since they were constant."""
+        """Book the work done by the efforts held so far: exact, since they were constant.
+
+        A winch that holds a length does no work.
+        """
         position = self.dynamics.ports(self._q, self._v)[0]
-        self._actuator_work += float(self._efforts @ (position - self._settled))
+        forces = np.where(self._lengths, 0.0, self._efforts)
+        self._actuator_work += float(forces @ (position - self._settled))
         self._settled = position
 
+    def _elastic(self) -> float:
+        """Return the elastic energy in J, if the commands change it; else 0."""
+        if not self._lengths.any():
+            return 0.0
+        return self.dynamics.energies(self._q, self._v, self._efforts)[1]
+
     def ports(self) -> tuple[Floats, Floats, Floats]:
-        """Return position, velocity and effort (A,) of the actuator ports."""
-        return *self.dynamics.ports(self._q, self._v), self._efforts.copy()
+        """Return position, velocity and effort (A,) of the actuator ports.
+
+        Effort · velocity is power into the arm; the effort of a tendon is its tension, also where
+        its length is commanded.
+        """
+        acting = self.dynamics.port_efforts(self._q, self._v, self._efforts)
+        return *self.dynamics.ports(self._q, self._v), acting
 
     def ledger(self) -> Floats:
         """Return the energies and works of LEDGER in J.
@@ -291,7 +310,7 @@ class Simulation:
         energy.
         """
         self._settle()
-        kinetic, elastic, gravity = self.dynamics.energies(self._q, self._v)
+        kinetic, elastic, gravity = self.dynamics.energies(self._q, self._v, self._efforts)
         dissipated, load_work = self._ledger
         stored = kinetic + elastic + gravity - self._reference
         residual = stored - self._actuator_work - load_work + dissipated

@@ -2,6 +2,7 @@
 
 from soft_sim_ros.scene.actuator import (
     Actuator,
+    ChamberActuator,
     JointActuator,
     MomentActuator,
     TendonActuator,
@@ -22,8 +23,9 @@ from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 
 __all__ = [
     "BASES", "INTEGRATORS", "STRAINS",
-    "Actuator", "Basis", "Body", "Curve", "DistributedLoad", "Initial", "Joint", "JointActuator",
-    "Load", "Material", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference", "RigidBody",
-    "Rivlin", "Rod", "Scene", "Schedule", "Section", "SectionSummary", "TendonActuator",
-    "load_scene", "packaged_scenes", "parse_scene", "register_law", "summary", "total_mass",
+    "Actuator", "Basis", "Body", "ChamberActuator", "Curve", "DistributedLoad", "Initial", "Joint",
+    "JointActuator", "Load", "Material", "MomentActuator", "Numerics", "PointLoad", "Pose",
+    "Reference", "RigidBody", "Rivlin", "Rod", "Scene", "Schedule", "Section", "SectionSummary",
+    "TendonActuator", "load_scene", "packaged_scenes", "parse_scene", "register_law", "summary",
+    "total_mass",
 ]  # fmt: skip

@@ -7,14 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_sim_ros.scene.body import ROUNDING, Body, Rod
-from soft_sim_ros.scene.interval import ANY, FINITE, NONNEGATIVE, Interval
+from soft_sim_ros.scene.interval import ANY, FINITE, NONNEGATIVE, POSITIVE, Interval
 from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.reader import Reader
-from soft_sim_ros.scene.taper import Floats
-from soft_sim_ros.scene.tendon import HelicalPath, StraightPath, read_path
+from soft_sim_ros.scene.tendon import PATHS, Path, Routed, read_path, read_points
 
 ANGULAR = ("torsion", "bend_y", "bend_z")
 LIMITS = ("limits", "safe")
+ROUTE = ("start", "end", *PATHS)
+TENDON = ("axial_stiffness", "axial_damping", "friction", "slip_speed")
+SLIP_SPEED = 1e-3
 
 
 @dataclass(frozen=True)
@@ -54,39 +56,46 @@ class JointActuator:
 
 
 @dataclass(frozen=True)
-class TendonActuator:
+class TendonActuator(Routed):
     """A tendon, fixed at arc length ``end`` of a rod and pulled where it enters, at ``start``.
 
-    Positive effort is tension. Its port velocity is the rate at which the tendon inside the rod
-    gets shorter, in m/s. Arc lengths in m along the rod.
+    Its port velocity is the rate at which the tendon inside the rod gets shorter, in m/s, its
+    effort the tension at the entry in N. A command is that tension (``control`` tension), or by
+    how much in m the tendon is pulled in beyond its length in the reference shape (length): it
+    then pulls as a spring of the tendon's own axial stiffness in N (tension per strain) and
+    damping in N·s, if it is taut. ``friction``: Coulomb's coefficient in the channel, rounded off
+    below ``slip_speed`` in m/s.
     """
 
-    name: str
-    limits: tuple[float, float]
-    safe: float
-    rod: str
-    start: float
-    end: float
-    path: StraightPath | HelicalPath
+    control: str = "tension"
+    axial_stiffness: float = 0.0
+    axial_damping: float = 0.0
+    friction: float = 0.0
+    slip_speed: float = SLIP_SPEED
+
+    @property
+    def unit(self) -> str:
+        """Unit of the command."""
+        return "m" if self.control == "length" else "N"
+
+
+@dataclass(frozen=True)
+class ChamberActuator(Routed):
+    """A pressure chamber of constant cross-sectional ``area`` in m², along a stretch of a rod.
+
+    Effort is pressure above ambient in Pa; the port velocity is the rate of change of its volume,
+    area times the length of its path, in m³/s.
+    """
+
+    area: float
 
     @property
     def unit(self) -> str:
         """Unit of the effort."""
-        return "N"
-
-    def offset(self, s: Floats) -> Floats:
-        """Return where the tendon runs, d (…, 3) in m in the section frame, d_x = 0."""
-        return self.path.offset(self._fraction(s))
-
-    def slope(self, s: Floats) -> Floats:
-        """Return d' = dd/ds (…, 3)."""
-        return self.path.slope(self._fraction(s)) / (self.end - self.start)
-
-    def _fraction(self, s: Floats) -> Floats:
-        return (np.asarray(s, dtype=float) - self.start) / (self.end - self.start)
+        return "Pa"
 
 
-Actuator = MomentActuator | JointActuator | TendonActuator
+Actuator = MomentActuator | JointActuator | TendonActuator | ChamberActuator
 
 
 def read_actuators(entries: list[Reader], bodies: tuple[Body, ...]) -> tuple[Actuator, ...]:
@@ -95,14 +104,16 @@ def read_actuators(entries: list[Reader], bodies: tuple[Body, ...]) -> tuple[Act
     joints = {body.name: body for body in bodies if isinstance(body, Joint)}
     actuators: list[Actuator] = []
     for reader in entries:
-        kind = reader.one_of(("moment", "joint_torque", "joint_force", "tendon"))
+        kind = reader.one_of(("moment", "joint_torque", "joint_force", "tendon", "chamber"))
         name = reader.name(kind, taken={actuator.name for actuator in actuators})
         if kind == "moment":
             actuators.append(_read_moment(reader, name, rods))
         elif kind in ("joint_torque", "joint_force"):
             actuators.append(_read_joint_actuator(reader, kind, name, joints))
-        else:
+        elif kind == "tendon":
             actuators.append(_read_tendon(reader, name, rods))
+        else:
+            actuators.append(_read_chamber(reader, name, rods))
     return tuple(actuators)
 
 
@@ -132,12 +143,52 @@ def _read_joint_actuator(
 
 
 def _read_tendon(reader: Reader, name: str, rods: dict[str, Rod]) -> TendonActuator:
-    reader.only("tendon", "rod", "start", "end", "offset", "helix", *LIMITS)
+    reader.only("tendon", "rod", *ROUTE, "control", *TENDON, *LIMITS)
     rod = rods[reader.reference("rod", rods, "rod")]
-    start, end = read_span(reader, rod)
-    path = read_path(reader, end - start)
-    limits, safe = _read_limits(reader, tension=True)
-    return TendonActuator(name, limits, safe, rod.name, start, end, path)
+    start, end, path = _read_route(reader, rod)
+    control = reader.choice("control", ("tension", "length"), default="tension")
+    if control == "length":
+        stiffness = reader.number("axial_stiffness", POSITIVE)
+        damping = reader.number("axial_damping", NONNEGATIVE, default=0.0)
+        limits, safe = _read_limits(reader)
+    else:
+        for key in ("axial_stiffness", "axial_damping"):
+            reader.no_effect(key, "it is for a tendon with control: length")
+        stiffness = damping = 0.0
+        limits, safe = _read_limits(reader, tension=True)
+    friction = reader.number("friction", NONNEGATIVE, default=0.0)
+    if friction == 0.0:
+        reader.no_effect("slip_speed", "it is for a tendon with friction")
+    slip_speed = reader.number("slip_speed", POSITIVE, default=SLIP_SPEED)
+    return TendonActuator(
+        name, limits, safe, rod.name, start, end, path,
+        control, stiffness, damping, friction, slip_speed,
+    )  # fmt: skip
+
+
+def _read_chamber(reader: Reader, name: str, rods: dict[str, Rod]) -> ChamberActuator:
+    reader.only("chamber", "rod", "section", *ROUTE, "area", *LIMITS)
+    rod = rods[reader.reference("rod", rods, "rod")]
+    start, end, path = _read_route(reader, rod)
+    area = reader.number("area", POSITIVE)
+    limits, safe = _read_limits(reader)
+    return ChamberActuator(name, limits, safe, rod.name, start, end, path, area)
+
+
+def _read_route(reader: Reader, rod: Rod) -> tuple[float, float, Path]:
+    """Read a path, and from where to where along the rod it runs."""
+    if reader.one_of(PATHS) == "points":
+        reader.no_effect("section", "the first and the last of the points say where")
+        return read_points(reader, rod)
+    if reader.has("section"):
+        names = [section.name for section in rod.sections]
+        for key in ("start", "end"):
+            reader.no_effect(key, "the section says it")
+        index = names.index(reader.reference("section", names, "section of the rod"))
+        start, end = rod.boundaries[index], rod.boundaries[index + 1]
+    else:
+        start, end = read_span(reader, rod)
+    return start, end, read_path(reader, end - start)
 
 
 def read_arc_length(reader: Reader, key: str, rod: Rod, default: float) -> float:

@@ -103,9 +103,9 @@ class Reader:
         path = self._at(key)
         return frozen([self._number(n, within, f"{path}[{i}]") for i, n in enumerate(items)])
 
-    def matrix(self, key: str, rows: int, columns: int) -> Any:
+    def matrix(self, key: str, rows: int | None, columns: int) -> Any:
         """Return a list of lists of numbers as a read-only array (rows, columns)."""
-        expected = f"a list of {rows} lists of {columns} numbers"
+        expected = f"a list of {'' if rows is None else f'{rows} '}lists of {columns} numbers"
         node = self._find(key, REQUIRED, expected)
         path = self._at(key)
         lists = [] if node is None else self._items(node, rows, expected, path)

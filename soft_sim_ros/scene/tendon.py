@@ -1,15 +1,20 @@
-"""Paths of tendons: where in the cross-section a tendon runs, along the arc length of its rod."""
+"""Paths of tendons and chambers: where in the cross-section they run, along their rod."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
-from soft_sim_ros.scene.interval import NONNEGATIVE
+from soft_sim_ros.scene.body import ROUNDING, Rod
+from soft_sim_ros.scene.interval import NONNEGATIVE, Interval
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats, Taper
+
+PATHS = ("offset", "helix", "points")
 
 
 @dataclass(frozen=True)
@@ -28,6 +33,10 @@ class StraightPath:
         row = np.array([0.0, self.y.end - self.y.start, self.z.end - self.z.start])
         return np.broadcast_to(row, (*np.shape(u), 3)).copy()
 
+    def curvature(self, u: Floats) -> Floats:
+        """Return d²d/du² (…, 3)."""
+        return np.zeros((*np.shape(u), 3))
+
 
 @dataclass(frozen=True)
 class HelicalPath:
@@ -39,24 +48,111 @@ class HelicalPath:
 
     def offset(self, u: Floats) -> Floats:
         """Return d (…, 3) at u (…) in [0, 1], start to end of the tendon."""
-        phase = self.angle + 2 * math.pi * self.turns * u
-        radius = self.radius(u)
-        rows = [np.zeros_like(u), radius * np.cos(phase), radius * np.sin(phase)]
-        return np.stack(rows, axis=-1)
+        return self._rows(u, self.radius(u), 0.0)
 
     def slope(self, u: Floats) -> Floats:
         """Return dd/du (…, 3)."""
-        rate = 2 * math.pi * self.turns
-        phase = self.angle + rate * u
-        radius, growth = self.radius(u), self.radius.end - self.radius.start
-        along_y = growth * np.cos(phase) - radius * rate * np.sin(phase)
-        along_z = growth * np.sin(phase) + radius * rate * np.cos(phase)
-        return np.stack([np.zeros_like(u), along_y, along_z], axis=-1)
+        return self._rows(u, self._growth, self._rate * self.radius(u))
+
+    def curvature(self, u: Floats) -> Floats:
+        """Return d²d/du² (…, 3)."""
+        return self._rows(u, -(self._rate**2) * self.radius(u), 2.0 * self._rate * self._growth)
+
+    @property
+    def _rate(self) -> float:
+        return 2.0 * math.pi * self.turns
+
+    @property
+    def _growth(self) -> float:
+        return self.radius.end - self.radius.start
+
+    def _rows(self, u: Floats, outwards: Floats | float, around: Floats | float) -> Floats:
+        """Return the vectors (…, 3) with these components along and across the radius at u."""
+        phase = self.angle + self._rate * u
+        cos, sin = np.cos(phase), np.sin(phase)
+        rows = [np.zeros_like(u), outwards * cos - around * sin, outwards * sin + around * cos]
+        return np.stack(rows, axis=-1)
+
+
+@dataclass(frozen=True)
+class TablePath:
+    """A natural cubic spline through points: positions u (N,) in [0, 1], offsets (y, z) (N, 2)."""
+
+    u: tuple[float, ...]
+    points: tuple[tuple[float, float], ...]
+
+    @cached_property
+    def _spline(self) -> CubicSpline:
+        return CubicSpline(self.u, np.array(self.points), bc_type="natural")
+
+    def offset(self, u: Floats) -> Floats:
+        """Return d (…, 3) at u (…) in [0, 1], start to end of the tendon."""
+        return self._values(u, 0)
+
+    def slope(self, u: Floats) -> Floats:
+        """Return dd/du (…, 3)."""
+        return self._values(u, 1)
+
+    def curvature(self, u: Floats) -> Floats:
+        """Return d²d/du² (…, 3)."""
+        return self._values(u, 2)
+
+    def _values(self, u: Floats, order: int) -> Floats:
+        yz = self._spline(u, order)
+        return np.concatenate([np.zeros((*np.shape(u), 1)), yz], axis=-1)
+
+
+Path = StraightPath | HelicalPath | TablePath
+
+
+@dataclass(frozen=True)
+class Routed:
+    """An actuator along a path through a rod, from arc length ``start`` to ``end`` in m."""
+
+    name: str
+    limits: tuple[float, float]
+    safe: float
+    rod: str
+    start: float
+    end: float
+    path: Path
+
+    def offset(self, s: Floats) -> Floats:
+        """Return where the path runs, d (…, 3) in m in the section frame, d_x = 0."""
+        return self.path.offset(self._fraction(s))
+
+    def slope(self, s: Floats) -> Floats:
+        """Return d' = dd/ds (…, 3)."""
+        return self.path.slope(self._fraction(s)) / (self.end - self.start)
+
+    def curvature(self, s: Floats) -> Floats:
+        """Return d'' (…, 3) in 1/m."""
+        return self.path.curvature(self._fraction(s)) / (self.end - self.start) ** 2
+
+    def _fraction(self, s: Floats) -> Floats:
+        return (np.asarray(s, dtype=float) - self.start) / (self.end - self.start)
+
+
+def read_points(reader: Reader, rod: Rod) -> tuple[float, float, TablePath]:
+    """Read ``points``, a list of [s, y, z] in m, s rising; return start, end and the path."""
+    for key in ("start", "end"):
+        reader.no_effect(key, "the first and the last of the points say it")
+    rows = reader.matrix("points", None, 3).reshape(-1, 3)
+    s = np.array([rod.snap(value) for value in rows[:, 0].tolist()])
+    inside = Interval(0.0, rod.length * (1.0 + ROUNDING), True, True)
+    if any(value not in inside for value in s):
+        reader.refuse(f"points [s, y, z] with every s a {inside}", "points")
+    if len(s) < 2 or np.any(np.diff(s) <= 1e-9 * rod.length):
+        reader.refuse("at least two points [s, y, z], in the order of rising s", "points")
+    start, end = float(s[0]), float(s[-1])
+    u = (s - start) / (end - start)
+    path = TablePath(tuple(u.tolist()), tuple((y, z) for y, z in rows[:, 1:].tolist()))
+    return start, end, path
 
 
 def read_path(reader: Reader, length: float) -> StraightPath | HelicalPath:
-    """Read ``offset`` or ``helix`` of a tendon of some length in m."""
-    if reader.one_of(("offset", "helix")) == "helix":
+    """Read ``offset`` or ``helix`` of a path along a stretch of some length in m."""
+    if reader.has("helix"):
         helix = reader.mapping("helix").only("radius", "angle", "turns", "pitch")
         radius = helix.taper("radius", NONNEGATIVE)
         angle = helix.number("angle", default=0.0)

@@ -25,7 +25,9 @@ actuators:
   - {moment: m, rod: arm, section: a, strain: bend_y}
   - {joint_torque: j, joint: hinge}
   - {tendon: t, rod: arm, helix: {radius: 0.01, turns: 1}}
-  - {tendon: u, rod: arm, offset: {from: [0.01, 0], to: [0, 0]}}
+  - {tendon: u, rod: arm, offset: {from: [0.01, 0], to: [0, 0]}, friction: 0.1}
+  - {tendon: v, rod: arm, points: [[0.0, 0, 0], [0.1, 0, 0]], control: length, axial_stiffness: 1}
+  - {chamber: c, rod: arm, offset: [0, 0], area: 1e-4}
 loads:
   - {point: p, body: arm, force: [0, 0, 1], schedule: {end: 1}}
   - {distributed: d, body: arm, force: [0, 0, 1]}

@@ -24,7 +24,10 @@ HINGED = MINIMAL.replace(
 )
 
 
-@pytest.mark.parametrize("name", ["soft_arm", "tendon_arm", "flexible_manipulator", "cantilever"])
+@pytest.mark.parametrize(
+    "name",
+    ["soft_arm", "tendon_arm", "winch_arm", "pneumatic_arm", "flexible_manipulator", "cantilever"],
+)
 def test_packaged_scenes_load_by_name_by_file_name_and_by_path(name):
     path = packaged_scenes()[name]
     for way in (name, f"{name}.yaml", path, str(path)):

@@ -1,5 +1,6 @@
 """Wrenches on the nodes at a given time."""
 
+from .actuators import actuator_loss
 from .drag import drag_power
 from .jit import kernel
 
@@ -84,8 +85,8 @@ def load_power(model, data):
 
 @kernel
 def damping_power(model, data, v):
-    """Return q̇ᵀ R q̇ in W, Rayleigh's drag as of the last sweep."""
-    total = 0.0
+    """Return q̇ᵀ R q̇ in W, Rayleigh's drag and what tendons lose as of the last sweep."""
+    total = actuator_loss(model, data)
     for i in range(len(v)):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             total += v[i] * model.damping[e] * v[model.law_col[e]]

@@ -2,7 +2,7 @@
 
 import math
 
-from .actuators import port_motion
+from .actuators import port_motion, tendon_energy
 from .dual import (
     add,
     apply,
@@ -42,20 +42,20 @@ def energies(model, data, q, v, zero):
     for i in range(len(q)):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             elastic += 0.5 * q[i] * model.stiffness[e] * q[model.law_col[e]]
-    elastic += fibre_energy(model.fibres, data.section, q)
+    elastic += fibre_energy(model.fibres, data.section, q) + tendon_energy(model, data)
     return kinetic, elastic, weight
 
 
 @unit
-def ports(model, data, q, v, zero, position, velocity):
-    """Fill position and velocity (A,) of all actuator ports.
+def ports(model, data, q, v, zero, position, velocity, effort):
+    """Fill position, velocity and effort (A,) of all actuator ports.
 
     Effort · velocity is power into the arm.
     """
     model, data, q, v = bare(model), bare(data), bare(q), bare(v)
-    zero, position, velocity = bare(zero), bare(position), bare(velocity)
+    zero, position, velocity, effort = bare(zero), bare(position), bare(velocity), bare(effort)
     strains(model, data, q, v, zero)
-    port_motion(model, data, q, v, position, velocity)
+    port_motion(model, data, q, v, position, velocity, effort)
 
 
 @kernel

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model import Floats, Ints, Model
+from .coupling import add_columns, correct, factor_columns
 from .jit import bare, kernel, unit
 from .linalg import lu_factor, lu_solve, lu_solve_rows
 
@@ -34,12 +35,19 @@ class System(NamedTuple):
     carry: Floats  # (18 n,) carry[18 c:] as (m, 18): what it does when the part before moves by s
     gain: Floats  # (6 n,) gain[6 c:] as (6, m): what it hands on to the base
     pivot: Ints  # (n,)
+    left: Floats  # (R, n) columns of U, of what ties blocks together (coupling.py) …
+    right: Floats  # (R, n) … and of V
+    reach: Floats  # (R, n) columns of K₀⁻¹ U
+    small: Floats  # (R, R) factors of 1 + Vᵀ K₀⁻¹ U
+    small_x: Floats  # (R,)
+    small_pivot: Ints  # (R,)
 
 
 def new_system(model: Model) -> System:
     """Allocate a zeroed system."""
     sizes = np.diff(model.block_col)
     n = int(model.block_col[-1])
+    ties = int(model.couple_ptr[-1])
     return System(
         offset=np.concatenate([[0], np.cumsum(sizes**2)]).astype(np.int64),
         diagonal=np.zeros(int(np.sum(sizes**2))),
@@ -49,6 +57,12 @@ def new_system(model: Model) -> System:
         carry=np.zeros(18 * n),
         gain=np.zeros(6 * n),
         pivot=np.zeros(n, dtype=np.int64),
+        left=np.zeros((ties, n)),
+        right=np.zeros((ties, n)),
+        reach=np.zeros((ties, n)),
+        small=np.zeros((ties, ties)),
+        small_x=np.zeros(ties),
+        small_pivot=np.zeros(ties, dtype=np.int64),
     )
 
 
@@ -84,10 +98,11 @@ def dense(model, system, matrix):
                         above += motion[c, j] * exerts[c, i]
                     matrix[begin + i, first + j] = below
                     matrix[first + j, begin + i] = above
+    add_columns(system, matrix)
 
 
 @kernel
-def factor(model, system):
+def factor_chain(model, system):
     """Eliminate from the tip to the base; return False if a block is singular or not finite."""
     a = np.zeros((6, 18))  # A_i: wrench handed to the base per unit motion handed to the tip
     for b in range(len(model.block_col) - 2, -1, -1):
@@ -134,8 +149,8 @@ def factor(model, system):
 
 
 @kernel
-def solve(model, system, x):
-    """Solve in place for x (n,) with the factors of ``factor``."""
+def solve_chain(model, system, x):
+    """Solve in place for x (n,) with the factors of ``factor_chain``."""
     b0, b1, b2, b3, b4, b5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for b in range(len(model.block_col) - 2, -1, -1):
         begin, end = model.block_col[b], model.block_col[b + 1]
@@ -173,3 +188,26 @@ def solve(model, system, x):
         for c in range(18):
             for i in range(m):
                 s[c] += motion[c, i] * x[begin + i]
+
+
+@kernel
+def factor(model, system):
+    """Factor the whole matrix; return False if it is singular or not finite."""
+    if not factor_chain(model, system):
+        return False
+    ties, n = system.left.shape
+    if ties == 0:
+        return True
+    for c in range(ties):
+        for i in range(n):
+            system.reach[c, i] = system.left[c, i]
+        solve_chain(model, system, system.reach[c])
+    return factor_columns(system)
+
+
+@kernel
+def solve(model, system, x):
+    """Solve in place for x (n,) with the factors of ``factor``."""
+    solve_chain(model, system, x)
+    if system.left.shape[0] > 0:
+        correct(system, x)

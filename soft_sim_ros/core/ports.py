@@ -1,0 +1,150 @@
+"""Actuators of a scene as the arrays of ports and paths in model.py."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SceneError
+from ..scene import ChamberActuator, JointActuator, MomentActuator, Scene, TendonActuator
+from ..scene.strains import STRAINS
+from .arrays import floats, ints
+from .chain import GAUSS2, Chain
+from .model import Floats
+from .quadrature import gauss
+
+# A path may wind by this much in rad between neighbouring nodes: two Gauss points then see its
+# length to a few parts in ten thousand.
+WINDING = 1.3
+# A wrap below this angle in rad, over the whole path, is rounded off (kernels/tendons.py: wrap).
+STRAIGHT = 1e-3
+
+Path = TendonActuator | ChamberActuator
+
+
+def flat_ports(scene: Scene, chain: Chain) -> dict[str, NDArray[Any]]:
+    """Return the fields of Model that speak of actuators.
+
+    Raises
+    ------
+    SceneError
+        if a path winds too fast for the nodes of its rod
+    """
+    actuators = scene.actuators
+    ports = [_port(chain, actuator) for actuator in actuators]
+    paths = [_path(chain, actuator) for actuator in actuators]
+    for i, actuator in enumerate(actuators):
+        if isinstance(actuator, Path):
+            _check_winding(scene, chain, i, actuator)
+    rest = floats([_rest_length(chain, path) for path in paths])
+    friction, winch = np.zeros((len(actuators), 3)), np.zeros((len(actuators), 2))
+    gain, columns = np.zeros(len(actuators)), [0]
+    for i, actuator in enumerate(actuators):
+        count = 0
+        if isinstance(actuator, ChamberActuator):
+            gain[i] = actuator.area
+        if isinstance(actuator, TendonActuator):
+            gain[i] = -1.0
+            winch[i] = actuator.axial_stiffness / rest[i], actuator.axial_damping / rest[i]
+            count += actuator.control == "length"
+            if actuator.friction:
+                friction[i] = actuator.friction, actuator.slip_speed, STRAIGHT / rest[i]
+                count += 2 * (_blocks(chain, paths[i]) - 1)
+        columns.append(columns[-1] + count)
+    return {
+        "port_ptr": ints([0, *np.cumsum([len(p) for p in ports])]),
+        "port_col": ints([column for p in ports for column, _ in p]),
+        "port_gain": floats([factor for p in ports for _, factor in p]),
+        "tendon_ptr": ints([0, *np.cumsum([len(path) for path in paths])]),
+        "tendon_seg": ints([k for path in paths for k, _ in path]),
+        "tendon_path": floats([d for path in paths for _, d in path]).reshape(-1, 2, 3, 3),
+        "tendon_rest": rest,
+        "tendon_gain": gain,
+        "winch": winch,
+        "friction": friction,
+        "couple_ptr": ints(columns),
+    }
+
+
+def _port(chain: Chain, actuator: object) -> list[tuple[int, float]]:
+    """Return (coordinate, gain) of the linear part of an actuator's position."""
+    if isinstance(actuator, JointActuator):
+        return [(chain.joints[actuator.joint][actuator.axis], 1.0)]
+    if not isinstance(actuator, MomentActuator):
+        return []
+    gains: dict[int, float] = {}
+    component = STRAINS.index(actuator.strain)
+    for element in chain.rods[actuator.rod].elements:
+        if element.section.name != actuator.section:
+            continue
+        begin, end = element.span
+        for columns in element.columns:
+            if columns[0] == component:
+                x, w = gauss(columns[2] + 1)
+                integral = (end - begin) * w @ element.values(columns, begin + (end - begin) * x)
+                for j, value in enumerate(integral):
+                    gains[columns[1] + j] = gains.get(columns[1] + j, 0.0) + value
+    # integrals that vanish by orthogonality are round-off
+    largest = max((abs(v) for v in gains.values()), default=0.0)
+    return [(c, v) for c, v in gains.items() if abs(v) > 1e-14 * largest]
+
+
+def _path(chain: Chain, actuator: object) -> list[tuple[int, Floats]]:
+    """Return (segment, path (2, 3, 3)) for every segment along a tendon or chamber.
+
+    The path is [Gauss point][d, d', d''] in the section frame, in m, 1 and 1/m.
+    """
+    if not isinstance(actuator, Path):
+        return []
+    pieces = []
+    for k, segment in chain.rod_segments(chain.rods[actuator.rod]):
+        begin, end = segment.span
+        if actuator.start < 0.5 * (begin + end) < actuator.end:
+            s = begin + (end - begin) * GAUSS2
+            rows = [actuator.offset(s), actuator.slope(s), actuator.curvature(s)]
+            pieces.append((k, np.stack(rows, axis=1)))
+    return pieces
+
+
+def _rest_length(chain: Chain, path: list[tuple[int, Floats]]) -> float:
+    """Return the length of a path through the reference shape in m, by the kernels' quadrature."""
+    total = 0.0
+    for k, points in path:
+        segment = chain.segments[k]
+        for xi, (d, slope, _) in zip(segment.xi0, points, strict=True):
+            total += segment.half * float(np.linalg.norm(xi[3:] + np.cross(xi[:3], d) + slope))
+    return total
+
+
+def _blocks(chain: Chain, path: list[tuple[int, Floats]]) -> int:
+    """Return how many blocks of coordinates a path passes."""
+    starts = [block.first_segment for block in chain.blocks]
+    return len({int(np.searchsorted(starts, k, side="right")) for k, _ in path})
+
+
+def _check_winding(scene: Scene, chain: Chain, index: int, actuator: Path) -> None:
+    """Refuse a path that winds about the backbone faster than the nodes of its rod can see."""
+    spans = [segment.span for _, segment in chain.rod_segments(chain.rods[actuator.rod])]
+    for begin, end in spans:
+        if actuator.start < 0.5 * (begin + end) < actuator.end:
+            fine = begin + (end - begin) * np.linspace(0.0, 1.0, 9)
+            d, slope = actuator.offset(fine)[:, 1:], actuator.slope(fine)[:, 1:]
+            square = np.maximum(np.sum(d * d, axis=1), 1e-300)
+            rate = np.abs(d[:, 0] * slope[:, 1] - d[:, 1] * slope[:, 0]) / square
+            # a path close to the axis turns fast and moves little
+            reach = np.minimum(rate, np.linalg.norm(slope, axis=1) / np.sqrt(square))
+            turn = float(reach.mean()) * (end - begin)
+            if turn > WINDING:
+                least = math.ceil(turn / WINDING)
+                kind = "chamber" if isinstance(actuator, ChamberActuator) else "tendon"
+                raise SceneError(
+                    scene.file,
+                    f"actuators[{index}].{kind}",
+                    actuator.name,
+                    f"a path that winds by less than {WINDING:g} rad from node to node, here "
+                    f"{turn:.3g} (about {least} times the nodes in numerics.rods.{actuator.rod} "
+                    "resolve it)",
+                )
