@@ -43,6 +43,8 @@ class Block:
     first_segment: int
     stiffness: Floats
     damping: Floats
+    branch: Floats  # stiffness of Maxwell branches
+    branch_time: float = 1.0  # s
 
 
 @dataclass
@@ -160,10 +162,25 @@ class Chain:
             self._open_block(0, np.zeros((0, 0)), np.zeros((0, 0)))
             self.add(Segment(0.5, 0.0, np.array([twist, twist])))
 
-    def _open_block(self, count: int, stiffness: Floats, damping: Floats) -> int:
+    def _open_block(
+        self,
+        count: int,
+        stiffness: Floats,
+        damping: Floats,
+        branch: Floats | None = None,
+        branch_time: float = 1.0,
+    ) -> int:
         begin = len(self.names)
-        self.blocks.append(Block(begin, begin + count, self.node, stiffness, damping))
+        branch = np.zeros_like(stiffness) if branch is None else branch
+        block = Block(begin, begin + count, self.node, stiffness, damping, branch, branch_time)
+        self.blocks.append(block)
         return begin
+
+    def branch_time(self) -> Floats:
+        """Return the relaxation time in s of the branch of every coordinate; 1 s without one."""
+        return np.repeat(
+            [b.branch_time for b in self.blocks], [b.end - b.begin for b in self.blocks]
+        )
 
     def joint(self, joint: Joint) -> None:
         """Append a joint: its offset, then a segment per axis, or per shift and rotation vector."""
@@ -273,8 +290,9 @@ class Chain:
 
     def _fill(self, elements: list[Element], labels: list[str], basis: Basis) -> None:
         """Open one block over ``elements`` and append their segments and nodes."""
-        stiffness, damping = block_matrices(elements, len(labels))
-        self._open_block(len(labels), stiffness, damping)
+        matrices = block_matrices(elements, len(labels))
+        branch = elements[0].section.material.maxwell
+        self._open_block(len(labels), *matrices, branch.time if branch else 1.0)
         self.names += labels
         for element in elements:
             element.first_segment = self.node
@@ -322,25 +340,25 @@ def default_nodes(basis: Basis, turn: float = 0.0) -> int:
     return max(max(basis.order.values(), default=0) + 5, 1 + math.ceil(3.0 * turn))
 
 
-def block_matrices(elements: list[Element], count: int) -> tuple[Floats, Floats]:
-    """Return ∫ Φᵀ H Φ ds (the linear part) and ∫ Φᵀ Γ Φ ds (count, count) of a block.
+def block_matrices(elements: list[Element], count: int) -> tuple[Floats, Floats, Floats]:
+    """Return ∫ Φᵀ H Φ ds (the linear part), ∫ Φᵀ Γ Φ ds and that of the branch (count, count).
 
     Exact where stiffness and damping are polynomials of degree 8 at most.
     """
-    stiffness, damping = np.zeros((count, count)), np.zeros((count, count))
+    matrices = np.zeros((3, count, count))
     base = min((c[1] for c in elements[0].columns), default=0)
     for element in elements:
         begin, end = element.span
         top = max((c[2] for c in element.columns), default=1)
         x, w = gauss(top + 5)
         s = begin + (end - begin) * x
-        law = element.section.linear_stiffness(element.normalised(s))
-        loss = element.section.damping(element.normalised(s))
+        section, at = element.section, element.normalised(s)
+        laws = (section.linear_stiffness(at), section.damping(at), section.branch(at))
         for columns in element.columns:
             component, first, number = columns
             phi = element.values(columns, s)
-            at = slice(first - base, first - base + number)
+            own = slice(first - base, first - base + number)
             weights = (end - begin) * w[:, None]
-            stiffness[at, at] += phi.T @ (weights * law[:, component, None] * phi)
-            damping[at, at] += phi.T @ (weights * loss[:, component, None] * phi)
-    return stiffness, damping
+            for matrix, law in zip(matrices, laws, strict=True):
+                matrix[own, own] += phi.T @ (weights * law[:, component, None] * phi)
+    return matrices[0], matrices[1], matrices[2]

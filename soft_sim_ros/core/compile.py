@@ -122,6 +122,8 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
         law_col=law[1],
         stiffness=law[2],
         damping=law[3],
+        branch=law[4],
+        branch_time=floats(chain.branch_time() if len(law[4]) else []),
         fibres=flatten_fibres(chain, seg_block),
         drag=floats(chain.drag if np.any(chain.drag) else np.zeros((0, 4))),
         weight=_weights(chain, length),
@@ -132,23 +134,31 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
 
 
 def _sparse_law(chain: Chain) -> tuple:
-    """Return stiffness and damping of all blocks by rows, without zeros and without round-off."""
+    """Return stiffness, damping and branches of all blocks by rows.
+
+    Zeros and round-off are left out; without any branch these are no numbers at all.
+    """
     ptr, columns = [0], []
     stiffness: list[float] = []
     damping: list[float] = []
+    branch: list[float] = []
     for block in chain.blocks:
         size = np.sqrt(np.outer(*2 * [np.diag(block.stiffness)]))
         loss = np.sqrt(np.outer(*2 * [np.diag(block.damping)]))
         # products of orthogonal functions integrate to round-off, not to zero
         keep = np.abs(block.stiffness) > 1e-14 * size
         keep |= np.abs(block.damping) > 1e-14 * loss
+        spare = np.sqrt(np.outer(*2 * [np.diag(block.branch)]))
+        keep |= np.abs(block.branch) > 1e-14 * spare
         for i, row in enumerate(keep):
             for j in np.flatnonzero(row).tolist():
                 columns.append(block.begin + j)
                 stiffness.append(block.stiffness[i, j])
                 damping.append(block.damping[i, j])
+                branch.append(block.branch[i, j])
             ptr.append(len(columns))
-    return ints(ptr), ints(columns), floats(stiffness), floats(damping)
+    branches = floats(branch if any(branch) else [])
+    return ints(ptr), ints(columns), floats(stiffness), floats(damping), branches
 
 
 def _weights(chain: Chain, length: float) -> Floats:

@@ -186,6 +186,12 @@ class Dynamics:
         """Return R = ∫ Φᵀ Γ Φ ds and joint damping (n, n): C (1.36), projected with Φᵀ."""
         return self._law(self.model.damping)
 
+    def branch_matrix(self) -> Floats:
+        """Return K_m = ∫ Φᵀ H_m Φ ds (n, n) of the Maxwell branches; here they are relaxed."""
+        return (
+            self._law(self.model.branch) if len(self.model.branch) else np.zeros((self.n, self.n))
+        )
+
     def gravity_force(self, q: Floats) -> Floats:
         """Return g(q) = ∂V_gravity/∂q (n,): C (1.34)."""
         data = self.forcing()

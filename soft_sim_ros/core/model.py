@@ -56,6 +56,8 @@ class Model(NamedTuple):
     law_col: Ints  # … their columns
     stiffness: Floats  # … ∫ Φᵀ H Φ ds and joint stiffness
     damping: Floats  # … ∫ Φᵀ Γ Φ ds and joint damping
+    branch: Floats  # … stiffness of Maxwell branches; (0,) without
+    branch_time: Floats  # (n,) their relaxation times in s; (0,) without
     fibres: Fibres  # what is not linear in the elasticity of the rods
     drag: Floats  # (S + 1, 4) Rayleigh's α times the inertia of the rods; (0, 4) without
     # (n,) displacement of the tip per unit coordinate over the arm's length: Newton's norm

@@ -83,9 +83,14 @@ class Simulation:
         self.step_ns = round(scene.numerics.step * 1e9)
         self.step_index = 0
         self._method = method_of(scene)
-        self._work = new_work(self.model, max(1, self._method[0].shape[0] - 1))
-        self._q, self._v = np.zeros(self.n_coordinates), np.zeros(self.n_coordinates)
-        self.q, self.v = self._q.view(), self._v.view()
+        # dashpots of Maxwell branches follow the coordinates in all that a step moves
+        parts = 2 if len(self.model.branch) else 1
+        held = np.diag(self.dynamics.branch_matrix()) > 0.0
+        weight = np.concatenate([self.model.weight, self.model.weight * held])
+        self._stepped = self.model._replace(weight=weight[: parts * self.n_coordinates])
+        self._work = new_work(self._stepped, max(1, self._method[0].shape[0] - 1))
+        self._q, self._v = np.zeros((2, parts * self.n_coordinates))
+        self.q, self.v = self._q[: self.n_coordinates], self._v[: self.n_coordinates]
         self.q.flags.writeable = self.v.flags.writeable = False
         self._efforts = np.array([actuator.safe for actuator in scene.actuators], dtype=np.float64)
         self._lengths = self.model.winch[:, 0] != 0.0  # actuators commanded by length
@@ -93,7 +98,7 @@ class Simulation:
         self._tip_follows = False
         self._ledger = np.zeros(2)
         self._data = self.dynamics.forcing(self._efforts)
-        self._calls = addresses(self.model, self._data, self._work)
+        self._calls = addresses(self._stepped, self._data, self._work)
         self._start = self._initial_state()
         self._check_mass(self._start[0])
         self.reset()
@@ -186,11 +191,17 @@ class Simulation:
 
         Time goes on.
         """
-        self._q[:], self._v[:] = self._start
+        self._place(*self._start)
         self._efforts[:] = [actuator.safe for actuator in self.scene.actuators]
         self._tip[:] = 0.0
         self._tip_follows = False
         self._forget()
+
+    def _place(self, q: Floats, v: Floats) -> None:
+        """Set coordinates and rates; dashpots are where nothing pulls at them, and rest."""
+        parts = len(self._q) // self.n_coordinates if self.n_coordinates else 1
+        self._q[:], self._v[:] = np.tile(q, parts), 0.0
+        self._v[: self.n_coordinates] = v
 
     def _forget(self) -> None:
         """Start the solver's memory and the ledger anew from the present state."""
@@ -203,12 +214,12 @@ class Simulation:
         self._reference = sum(self.dynamics.energies(self._q, self._v, self._efforts))
 
     def set_state(self, q: Floats, v: Floats) -> None:
-        """Set coordinates and rates (n,); the ledger counts from this state on."""
+        """Set coordinates and rates (n,), Maxwell branches relaxed; the ledger counts from here."""
         for name, value in (("q", q), ("v", v)):
             array = np.asarray(value, dtype=np.float64)
-            if array.shape != self._q.shape or not np.isfinite(array).all():
-                raise ValueError(f"{name} must be {self._q.shape} finite numbers, not {value!r}")
-        self._q[:], self._v[:] = q, v
+            if array.shape != self.q.shape or not np.isfinite(array).all():
+                raise ValueError(f"{name} must be {self.q.shape} finite numbers, not {value!r}")
+        self._place(q, v)
         self._forget()
 
     def set_efforts(self, efforts: Floats) -> None:
@@ -258,7 +269,7 @@ class Simulation:
         self._data.effort[:] = self._efforts
         made, status = advance(
             self._calls,
-            self.model,
+            self._stepped,
             self.compiled.loads,
             self._data,
             self._work,

@@ -13,7 +13,7 @@ from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.law import Curve, Rivlin, register_law
 from soft_sim_ros.scene.load import DistributedLoad, Load, PointLoad, Schedule
 from soft_sim_ros.scene.load_scene import Scene, load_scene, packaged_scenes, parse_scene
-from soft_sim_ros.scene.material import Material
+from soft_sim_ros.scene.material import Material, Maxwell
 from soft_sim_ros.scene.numerics import BASES, INTEGRATORS, Basis, Numerics
 from soft_sim_ros.scene.pose import Pose
 from soft_sim_ros.scene.reference import Reference
@@ -24,8 +24,8 @@ from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 __all__ = [
     "BASES", "INTEGRATORS", "STRAINS",
     "Actuator", "Basis", "Body", "ChamberActuator", "Curve", "DistributedLoad", "Initial", "Joint",
-    "JointActuator", "Load", "Material", "MomentActuator", "Numerics", "PointLoad", "Pose",
-    "Reference", "RigidBody", "Rivlin", "Rod", "Scene", "Schedule", "Section", "SectionSummary",
-    "TendonActuator", "load_scene", "packaged_scenes", "parse_scene", "register_law", "summary",
-    "total_mass",
+    "JointActuator", "Load", "Material", "Maxwell", "MomentActuator", "Numerics", "PointLoad",
+    "Pose", "Reference", "RigidBody", "Rivlin", "Rod", "Scene", "Schedule", "Section",
+    "SectionSummary", "TendonActuator", "load_scene", "packaged_scenes", "parse_scene",
+    "register_law", "summary", "total_mass",
 ]  # fmt: skip

@@ -13,6 +13,17 @@ ROUNDING = 1e-6  # a shear modulus E/3 written with seven digits is still incomp
 
 
 @dataclass(frozen=True)
+class Maxwell:
+    """A spring of ``ratio`` times the stiffness at rest, in series with a dashpot.
+
+    Its stress relaxes with ``time`` in s.
+    """
+
+    ratio: float
+    time: float
+
+
+@dataclass(frozen=True)
 class Material:
     """Moduli in Pa, density in kg/m³, viscosities in Pa·s (stress per strain rate).
 
@@ -30,6 +41,7 @@ class Material:
     axial_viscosity: float
     mass_damping: float = 0.0
     law: Law | None = None
+    maxwell: Maxwell | None = None
 
     @property
     def poisson_ratio(self) -> float:
@@ -46,7 +58,7 @@ def read_material(reader: Reader, name: str) -> Material:
     """Read one entry of ``materials``."""
     reader.only(
         "young_modulus", "poisson_ratio", "shear_modulus", "law", "density", "viscosity",
-        "axial_viscosity", "rayleigh",
+        "axial_viscosity", "rayleigh", "maxwell",
     )  # fmt: skip
     law = read_law(reader.mapping("law")) if reader.has("law") else None
     young, shear = _read_moduli(reader, law)
@@ -67,7 +79,15 @@ def read_material(reader: Reader, name: str) -> Material:
         axial_viscosity=axial + stiffness * young,
         mass_damping=mass,
         law=law,
+        maxwell=_read_maxwell(reader),
     )
+
+
+def _read_maxwell(reader: Reader) -> Maxwell | None:
+    if not reader.has("maxwell"):
+        return None
+    branch = reader.mapping("maxwell").only("ratio", "time")
+    return Maxwell(branch.number("ratio", POSITIVE), branch.number("time", POSITIVE))
 
 
 def _read_moduli(reader: Reader, law: Law | None) -> tuple[float, float]:

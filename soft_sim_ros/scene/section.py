@@ -52,6 +52,11 @@ class Section:
         """Return (…, 6): Kelvin–Voigt damping, laid out as the stiffness, N·m²·s and N·s."""
         return self._law(x, self.material.axial_viscosity, self.material.viscosity)
 
+    def branch(self, x: Floats) -> Floats:
+        """Return the stiffness (…, 6) of the Maxwell branch, laid out as the stiffness."""
+        branch = self.material.maxwell
+        return (branch.ratio if branch else 0.0) * self.stiffness(x)
+
     def inertia(self, x: Floats) -> Floats:
         """Return (…, 4) per arc length: ρA in kg/m, ρ(I_y + I_z), ρI_y, ρI_z in kg·m.
 

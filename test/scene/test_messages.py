@@ -64,7 +64,7 @@ MISTAKES = [
         "densty",
         "6: materials.silicone.densty = 1070: expected a known key, one of "
         "young_modulus, poisson_ratio, shear_modulus, law, density, "
-        "viscosity, axial_viscosity, rayleigh (did you mean density?)",
+        "viscosity, axial_viscosity, rayleigh, maxwell (did you mean density?)",
     ),
     (
         "density: 1070, ",

@@ -3,6 +3,7 @@
 from .actuators import actuator_loss
 from .drag import drag_power
 from .jit import kernel
+from .maxwell import branch_power
 
 
 @kernel
@@ -87,7 +88,7 @@ def load_power(model, data):
 def damping_power(model, data, v):
     """Return q̇ᵀ R q̇ in W, Rayleigh's drag and what tendons lose as of the last sweep."""
     total = actuator_loss(model, data)
-    for i in range(len(v)):
+    for i in range(len(model.law_ptr) - 1):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             total += v[i] * model.damping[e] * v[model.law_col[e]]
-    return total + drag_power(model, data)
+    return total + drag_power(model, data) + branch_power(model, v)

@@ -8,6 +8,7 @@ import numpy as np
 from ..model import Data, Floats, Ints, Model
 from .fibres import lawful
 from .jit import address, bare, call_residual, call_tangent, kernel, unit
+from .maxwell import branch_forces, branch_tangent, relax
 from .momentum import uphold
 from .sweep import inverse_dynamics
 from .system import System, factor, new_system, solve
@@ -118,10 +119,13 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
         for i in range(n):
             work.q[i] = work.start_q[i] + cq * work.a[i]
             work.v[i] = work.start_v[i] + cv * work.a[i]
+        relax(model, work, cq, cv)
         call_residual(calls[0], model, data, work.q, work.v, work.a, work.residual)
+        branch_forces(model, work.v, work.residual)
         work.counters[EVALUATIONS] += 1
         if stale:
             call_tangent(calls[1], model, data, (cq, cv, 1.0), work.system)
+            branch_tangent(model, cq, cv, work.system)
             work.counters[FACTORISATIONS] += 1
             work.key[0], work.key[1] = cq, cv
             if not factor(model, work.system):
@@ -153,6 +157,7 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
             for i in range(n):
                 work.q[i] = work.start_q[i] + cq * work.a[i]
                 work.v[i] = work.start_v[i] + cv * work.a[i]
+            relax(model, work, cq, cv)
             return admissible(model, data)
         if iteration > 0 and rate > SLOW:
             if refreshed >= 0 and iteration > refreshed + 2 and rate > 2.0:

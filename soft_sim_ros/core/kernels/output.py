@@ -18,6 +18,7 @@ from .dual import (
 )
 from .fibres import fibre_energy
 from .jit import bare, kernel, unit
+from .maxwell import branch_energy
 from .rotation import exp_translation, rotation_exp, stumpff
 from .sweep import kinematics, place, strains
 
@@ -39,10 +40,11 @@ def energies(model, data, q, v, zero):
             kinetic += 0.5 * model.inertia[k, 1 + c] * data.eta[k, c] ** 2
             kinetic += 0.5 * mass * data.eta[k, 3 + c] ** 2
             weight -= mass * data.gravity[c] * data.position[k, c]
-    for i in range(len(q)):
+    for i in range(len(model.law_ptr) - 1):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             elastic += 0.5 * q[i] * model.stiffness[e] * q[model.law_col[e]]
-    elastic += fibre_energy(model.fibres, data.section, q) + tendon_energy(model, data)
+    elastic += fibre_energy(model.fibres, data.section, q) + branch_energy(model, q)
+    elastic += tendon_energy(model, data)
     return kinetic, elastic, weight
 
 

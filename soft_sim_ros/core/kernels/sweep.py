@@ -168,7 +168,7 @@ def project(model, data, r):
 @kernel
 def internal_forces(model, q, v, r):
     """Add K q + R v to r."""
-    for i in range(len(r)):
+    for i in range(len(model.law_ptr) - 1):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             j = model.law_col[e]
             r[i] += model.stiffness[e] * q[j] + model.damping[e] * v[j]
