@@ -18,6 +18,7 @@ VERBS = (
     "report",
     "rollout",
     "linearise",
+    "identify",
     "demo",
 )
 

@@ -9,5 +9,6 @@ VERBS = {
     "report": "write a page about a recording, and export its arrays",
     "rollout": "simulate as fast as possible into a recording, without ROS",
     "linearise": "write A, B, C, D of an equilibrium for scipy.signal and python-control",
+    "identify": "fit numbers of a scene, such as stiffness or damping, to a recorded motion",
     "demo": "simulate, drive over ROS topics, record, replay, re-simulate and summarise",
 }

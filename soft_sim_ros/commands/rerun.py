@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -22,12 +22,15 @@ from soft_sim_ros.recording.machine import machine_facts
 from soft_sim_ros.recording.reader import LoggedMessage, Run, read_run
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import ALL, INPUTS, resolve
-from soft_sim_ros.scene import parse_scene
+from soft_sim_ros.scene import Scene, parse_scene
 
 # Facts of the machine on which the last bits of a result may depend.
 DECISIVE = (
     "soft_sim_ros", "processor", "architecture", "python", "numpy", "scipy", "numba", "llvmlite",
 )  # fmt: skip
+
+# What a re-simulation needs to know beside the scene.
+FACTS = ("node", "poses", "frame_id", "command_timeout", "command_ramp")
 
 
 @dataclass
@@ -66,18 +69,20 @@ class Rerun:
     Parameters
     ----------
     run : the recording
+    scene : another scene to drive with the same inputs; the recorded one by default
+
+    Attributes
+    ----------
+    simulation : the arm that is driven
+    topics : name of a topic → its key, such as ``backbone``
     """
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: Run, scene: Scene | None = None) -> None:
         self._run = run
-        source, facts = run.scene_text, run.metadata
-        missing = [key for key in ("node", "poses", "frame_id", "command_timeout", "command_ramp")
-                   if key not in facts]  # fmt: skip
-        if source is None or missing:
-            lacks = ", ".join((["its scene"] if source is None else []) + missing)
-            raise RecordingError(run.path, f"cannot be simulated again: it lacks {lacks}")
-        scene = parse_scene(source, f"{run.path}/scene.yaml")
-        warm_up(scene)
+        facts = run.metadata
+        if scene is None:
+            scene = recorded_scene(run)
+            warm_up(scene)
         self.simulation = Simulation(scene)
         self._inputs = Inputs(
             self.simulation, float(facts["command_timeout"]), float(facts["command_ramp"])
@@ -86,18 +91,24 @@ class Rerun:
         node = facts["node"]
         self._telemetry = Telemetry(self.simulation, int(facts["poses"]), self._frame_id, node)
         self._builders = {t.name: getattr(self._telemetry, t.key) for t in self._telemetry.topics}
-        self._keys = {resolve(name, node): key for key, (name, _, _) in ALL.items()}
+        self.topics = {resolve(name, node): key for key, (name, _, _) in ALL.items()}
 
     def compare(self, progress: Callable[[float], None] = lambda t: None) -> Comparison:
         """Go through the recording in its order and compare every state in it."""
         result = Comparison(facts=different_facts(self._run))
         result.largest = dict.fromkeys(self._builders, 0.0)
+        for message in self.states():
+            self._compare(message, result)
+            progress(self.simulation.time)
+        return result
+
+    def states(self) -> Iterator[LoggedMessage]:
+        """Yield every recorded state when the simulation has come to its time, driven alike."""
         for message in self._run.messages():
             self._advance_to(message)
-            key = self._keys.get(message.topic)
+            key = self.topics.get(message.topic)
             if message.topic in self._builders:
-                self._compare(message, result)
-                progress(self.simulation.time)
+                yield message
             elif key in INPUTS:
                 order = read_order(self._inputs, key, message.data, self._frame_id)
                 self._inputs.take(order)
@@ -107,7 +118,6 @@ class Rerun:
                     self._inputs.reset()
                 elif text.startswith("diverged"):
                     self._inputs.update()  # the step that failed had the inputs of its start
-        return result
 
     def _advance_to(self, message: LoggedMessage) -> None:
         steps, rest = divmod(message.time_ns - self.simulation.time_ns, self.simulation.step_ns)
@@ -129,6 +139,22 @@ class Rerun:
         result.first = result.first or (message.time_ns / 1e9, message.topic)
         largest = max(result.largest[message.topic], _distance(message, built))
         result.largest[message.topic] = largest
+
+
+def recorded_scene(run: Run) -> Scene:
+    """Return the scene of a recording that has all that a re-simulation needs.
+
+    Raises
+    ------
+    RecordingError
+        if it lacks something
+    """
+    source = run.scene_text
+    missing = [key for key in FACTS if key not in run.metadata]
+    if source is None or missing:
+        lacks = ", ".join((["its scene"] if source is None else []) + missing)
+        raise RecordingError(run.path, f"cannot be simulated again: it lacks {lacks}")
+    return parse_scene(source, f"{run.path}/scene.yaml")
 
 
 def different_facts(run: Run) -> list[tuple[str, str, str]]:
