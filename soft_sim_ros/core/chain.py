@@ -58,6 +58,7 @@ class Element:
     basis: Basis
     columns: list[tuple[int, int, int]]  # component, first coordinate, count
     first_segment: int
+    winding: float = 0.0  # of tendons about it, rad/m
 
     @property
     def nodes(self) -> int:
@@ -65,7 +66,7 @@ class Element:
         begin, end = self.span
         curvature = self.section.strain0(self.normalised(np.linspace(begin, end, 21)))[:, :3]
         turn = float(np.linalg.norm(curvature, axis=1).max()) * (end - begin)
-        return self.basis.nodes or default_nodes(self.basis, turn)
+        return self.basis.nodes or default_nodes(self.basis, turn, self.winding * (end - begin))
 
     def values(self, component_columns: tuple[int, int, int], s: Floats) -> Floats:
         """Return basis values (len(s), count) of one strain at arc lengths s of the rod."""
@@ -225,8 +226,11 @@ class Chain:
             return rod_map.first_node
         return 1 + min(self.rod_segments(rod_map), key=lambda item: abs(item[1].span[1] - s))[0]
 
-    def rod(self, rod: Rod, basis: Basis, cuts: set[float]) -> None:
-        """Append a rod, cut at section ends, element ends and the arc lengths ``cuts`` in m."""
+    def rod(self, rod: Rod, basis: Basis, cuts: set[float], winding: float = 0.0) -> None:
+        """Append a rod, cut at section ends, element ends and the arc lengths ``cuts`` in m.
+
+        ``winding`` in rad/m is by how much tendons wind about it.
+        """
         pivot = self._pivot(rod) if rod.model.is_limp else []
         rod_map = RodMap(rod, self.node, [], pivot)
         self.rods[rod.name] = rod_map
@@ -236,7 +240,7 @@ class Chain:
             marks |= {s for s in cuts if begin < s < end}
             ends = _merge(sorted(marks), 1e-9 * rod.length)
             ends[0], ends[-1] = begin, end
-            self._section(rod_map, section, (begin, end), np.array(ends), basis)
+            self._section(rod_map, section, (begin, end), np.array(ends), basis, winding)
         rod_map.last_node = self.node
 
     def _pivot(self, rod: Rod) -> list[int]:
@@ -260,6 +264,7 @@ class Chain:
         span: tuple[float, float],
         ends: Floats,
         basis: Basis,
+        winding: float,
     ) -> None:
         rod = rod_map.rod
         rule = get_basis(basis.kind)
@@ -280,7 +285,9 @@ class Chain:
                     where = f"[{i}]" if own and len(ends) > 2 else ""
                     labels += [f"{rod.name}/{section.name}{where}/{name}/{j}" for j in range(count)]
             elements.append(
-                Element(section, span, (ends[i], ends[i + 1]), ends, basis, columns, self.node)
+                Element(
+                    section, span, (ends[i], ends[i + 1]), ends, basis, columns, self.node, winding
+                )
             )
             if own:
                 self._fill([elements[-1]], labels, basis)
@@ -331,13 +338,15 @@ def _merge(marks: list[float], tolerance: float) -> list[float]:
     return kept
 
 
-def default_nodes(basis: Basis, turn: float = 0.0) -> int:
+def default_nodes(basis: Basis, turn: float = 0.0, winding: float = 0.0) -> int:
     """Return Gauss–Lobatto nodes for an element whose reference shape turns by ``turn`` rad.
 
     Enough that segments, not more, limit the basis for strains of up to half a turn per element
-    (docs/theory.md has the measured errors), and at least three segments per radian of reference.
+    (docs/theory.md has the measured errors), at least three segments per radian of reference, and
+    of those that tendons wind about it, ``winding`` rad, as many as ports.WINDING wants.
     """
-    return max(max(basis.order.values(), default=0) + 5, 1 + math.ceil(3.0 * turn))
+    least = max(basis.order.values(), default=0) + 5
+    return max(least, 1 + math.ceil(3.0 * turn), 1 + math.ceil(1.25 * winding))
 
 
 def block_matrices(elements: list[Element], count: int) -> tuple[Floats, Floats, Floats]:

@@ -23,7 +23,7 @@ from .chain import ANGULAR, Chain
 from .fibres import flatten_fibres
 from .loads import lump_loads
 from .model import Floats, Loads, Model
-from .ports import Path, flat_ports
+from .ports import Path, flat_ports, winding
 from .quadrature import gauss
 
 
@@ -61,6 +61,7 @@ def compile_scene(scene: Scene) -> Compiled:
 def build_chain(scene: Scene) -> Chain:
     """Return the chain of segments of a scene, rods cut where loads and tendons jump."""
     cuts: dict[str, set[float]] = {body.name: set() for body in scene.bodies}
+    turning = dict.fromkeys(cuts, 0.0)
     for load in scene.loads:
         if isinstance(load, PointLoad):
             cuts[load.body].add(load.s)
@@ -69,10 +70,12 @@ def build_chain(scene: Scene) -> Chain:
     for actuator in scene.actuators:
         if isinstance(actuator, Path):
             cuts[actuator.rod] |= {actuator.start, actuator.end}
+            s = np.linspace(actuator.start, actuator.end, 101)
+            turning[actuator.rod] = max(turning[actuator.rod], float(winding(actuator, s).max()))
     chain = Chain()
     for body in scene.bodies:
         if isinstance(body, Rod):
-            chain.rod(body, scene.numerics.rods[body.name], cuts[body.name])
+            chain.rod(body, scene.numerics.rods[body.name], cuts[body.name], turning[body.name])
             _check_nodes(scene, chain, body)
         elif isinstance(body, Joint):
             chain.joint(body)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -125,26 +124,27 @@ def _blocks(chain: Chain, path: list[tuple[int, Floats]]) -> int:
     return len({int(np.searchsorted(starts, k, side="right")) for k, _ in path})
 
 
+def winding(actuator: Path, s: Floats) -> Floats:
+    """Return by how much a path winds about the backbone at arc lengths s (N,), rad/m.
+
+    Close to the axis a path turns fast and moves little: there it counts by how far it goes.
+    """
+    d, slope = actuator.offset(s)[:, 1:], actuator.slope(s)[:, 1:]
+    reach = np.maximum(np.linalg.norm(d, axis=1), 0.1 * np.linalg.norm(d, axis=1).max() + 1e-300)
+    return np.asarray(np.abs(d[:, 0] * slope[:, 1] - d[:, 1] * slope[:, 0]) / reach**2)
+
+
 def _check_winding(scene: Scene, chain: Chain, index: int, actuator: Path) -> None:
     """Refuse a path that winds about the backbone faster than the nodes of its rod can see."""
-    spans = [segment.span for _, segment in chain.rod_segments(chain.rods[actuator.rod])]
-    for begin, end in spans:
-        if actuator.start < 0.5 * (begin + end) < actuator.end:
-            fine = begin + (end - begin) * np.linspace(0.0, 1.0, 9)
-            d, slope = actuator.offset(fine)[:, 1:], actuator.slope(fine)[:, 1:]
-            square = np.maximum(np.sum(d * d, axis=1), 1e-300)
-            rate = np.abs(d[:, 0] * slope[:, 1] - d[:, 1] * slope[:, 0]) / square
-            # a path close to the axis turns fast and moves little
-            reach = np.minimum(rate, np.linalg.norm(slope, axis=1) / np.sqrt(square))
-            turn = float(reach.mean()) * (end - begin)
-            if turn > WINDING:
-                least = math.ceil(turn / WINDING)
-                kind = "chamber" if isinstance(actuator, ChamberActuator) else "tendon"
-                raise SceneError(
-                    scene.file,
-                    f"actuators[{index}].{kind}",
-                    actuator.name,
-                    f"a path that winds by less than {WINDING:g} rad from node to node, here "
-                    f"{turn:.3g} (about {least} times the nodes in numerics.rods.{actuator.rod} "
-                    "resolve it)",
-                )
+    for _, segment in chain.rod_segments(chain.rods[actuator.rod]):
+        begin, end = segment.span
+        if not actuator.start < 0.5 * (begin + end) < actuator.end:
+            continue
+        turn = float(winding(actuator, np.linspace(begin, end, 9)).mean()) * (end - begin)
+        if turn > WINDING:
+            kind = "chamber" if isinstance(actuator, ChamberActuator) else "tendon"
+            expected = (
+                f"a path that winds by less than {WINDING:g} rad from node to node, here {turn:.3g}"
+                f" (more nodes or elements in numerics.rods.{actuator.rod} resolve it)"
+            )
+            raise SceneError(scene.file, f"actuators[{index}].{kind}", actuator.name, expected)
