@@ -36,7 +36,10 @@ REQUIRES = [
 EXTRAS = {
     # ROS 2 Jazzy from PyPI, for machines without a Jazzy of their own.
     "ros": ["ros-jazzy-rclpy[fastrtps]>=7.1.6,<7.2", "ros-jazzy-common-interfaces>=5.3.6,<5.4"],
+    # Batches over many machines.
+    "batch": ["distributed>=2023.12,<2027"],
     "test": [
+        "distributed>=2023.12,<2027",
         "colcon-common-extensions>=0.3,<0.4",
         "setuptools>=68,<80",  # what colcon drives, which later ones no longer have
         "pytest>=7.4,<10",

@@ -56,6 +56,44 @@ class Diverged(SolverError):
     """No acceptable step leads on from ``time``; the state is still the last good one."""
 
 
+class Inaccurate(SolverError):
+    """The run knows that its error is beyond what is allowed.
+
+    Parameters
+    ----------
+    time : simulation time in s
+    estimate, limit : of the tip's error, over the arm's length
+    """
+
+    def __init__(self, time: float, estimate: float, limit: float) -> None:
+        super().__init__(
+            time,
+            f"the tip may be off by {estimate:.2g} of the arm's length, allowed is {limit:.2g} "
+            "(a smaller step shows more)",
+        )
+        self.args = (time, estimate, limit)
+        self.estimate, self.limit = estimate, limit
+
+
+class EnergyGained(SolverError):
+    """The steps made energy out of nothing.
+
+    Parameters
+    ----------
+    time : simulation time in s
+    gained, limit : over the energy turned over
+    """
+
+    def __init__(self, time: float, gained: float, limit: float) -> None:
+        super().__init__(
+            time,
+            f"{gained:.2g} of the energy turned over is from nowhere, allowed is {limit:.2g} "
+            "(a smaller step keeps the balance)",
+        )
+        self.args = (time, gained, limit)
+        self.gained, self.limit = gained, limit
+
+
 class NewtonFailed(SolverError):
     """Newton's method of one step did not converge.
 

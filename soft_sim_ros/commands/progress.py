@@ -76,3 +76,9 @@ def compiling(stream: TextIO | None = None) -> Iterator[None]:
     if names:
         seconds = time.monotonic() - start
         print(f"compiled {len(names)} kernels in {seconds:.1f} s", file=stream or sys.stderr)
+
+
+def bar(done: int, total: int, width: int = 20) -> str:
+    """Return a bar of text."""
+    full = width * done // max(total, 1)
+    return f"[{'#' * full}{'.' * (width - full)}]"

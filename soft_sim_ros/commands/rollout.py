@@ -1,190 +1,72 @@
-"""Simulate as fast as possible into a recording, without ROS."""
+"""Simulate as fast as possible into recordings, without ROS: one scene, or many."""
 
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from soft_sim_ros import __version__
-from soft_sim_ros.commands.programme import Programme, read_programme
-from soft_sim_ros.commands.progress import Line
+from soft_sim_ros.batch.batch import run_batch
+from soft_sim_ros.batch.rollout import Rollout
+from soft_sim_ros.batch.run import COMPLETED, Run
+from soft_sim_ros.batch.sweep import read_sweep, runs_of
+from soft_sim_ros.commands.progress import Line, bar
 from soft_sim_ros.commands.shell import DONE, FAILED, verb
 from soft_sim_ros.commands.warm_up import warm_up
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.errors import SolverError
-from soft_sim_ros.recording.cdr import encode_floats, encode_string
-from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import recorded_topics
-from soft_sim_ros.recording.writer import BagWriter
-from soft_sim_ros.scene import Scene, load_scene
-
-NODE = "/soft_arm"  # topics are named as those of the node, so that every reader fits both
-FRAME = "world"
-
-
-class Rollout:
-    """One run of a scene into a recording.
-
-    The state is recorded at the start, then every ``publish_rate``⁻¹ s (in whole steps), and at the
-    end; a command is taken up at the first step boundary not before its time.
-
-    Parameters
-    ----------
-    scene : what is simulated
-    directory : of the recording, which must not exist yet or be empty
-    programme : efforts over time; None = safe efforts throughout
-    publish_rate : states per simulated second, Hz
-    poses : number of backbone poses, base to tip
-    """
-
-    def __init__(
-        self,
-        scene: Scene,
-        directory: str | Path,
-        programme: Programme | None = None,
-        *,
-        publish_rate: float = 100.0,
-        poses: int = 51,
-    ) -> None:
-        self.directory = Path(directory)
-        self.simulation = Simulation(scene)
-        self._inputs = Inputs(self.simulation, command_timeout=0.0, ramp=0.0)
-        self._telemetry = Telemetry(self.simulation, poses, FRAME, NODE)
-        step = self.simulation.step_ns * 1e-9
-        self._publish_steps = max(1, round(1.0 / (publish_rate * step)))
-        if programme is None:
-            programme = Programme(np.empty(0), np.empty((0, self.simulation.n_actuators)))
-        self._due = list(zip(programme.steps(step).tolist(), programme.efforts, strict=True))[::-1]
-        self._seconds = 0.0
-        self._ended_by = "interrupted"
-        self._writer = BagWriter(
-            self.directory,
-            recorded_topics(NODE),
-            metadata={
-                "node": NODE,
-                "command_timeout": "0.0",
-                "command_ramp": "0.0",
-                "frame_id": FRAME,
-                "poses": str(poses),
-                "publish_rate": repr(publish_rate),
-                "real_time_factor": "0.0",
-            },
-            attachments={"scene.yaml": scene.source.encode()},
-        )
-
-    def run(self, duration: float, progress: Callable[[float], None] = lambda t: None) -> dict:
-        """Simulate ``duration`` s and close the recording, which stays valid whatever happens.
-
-        Returns
-        -------
-        dict
-            the summary, which is also in ``summary.json``
-
-        Raises
-        ------
-        Diverged
-            if the solver gives up; everything up to there is in the recording
-        """
-        last = max(0, math.ceil(duration * 1e9 / self.simulation.step_ns - 1e-6))
-        begin = time.perf_counter()
-        try:
-            self._run(last, progress)
-            self._ended_by = "duration"
-        except SolverError as error:
-            self._ended_by = f"diverged: {error}"
-            self._event(self._ended_by)  # first: the inputs that broke the step are in force now
-            self._emit()
-            raise
-        finally:
-            self._seconds = time.perf_counter() - begin
-            self._writer.close()
-            summary = self.summary()
-            text = json.dumps(summary, indent=2, allow_nan=False)
-            (self.directory / "summary.json").write_text(text + "\n")
-        return summary
-
-    def _run(self, last: int, progress: Callable[[float], None]) -> None:
-        simulation = self.simulation
-        self._emit()
-        while simulation.step_index < last:
-            index = simulation.step_index
-            while self._due and self._due[-1][0] <= index:
-                efforts = self._due.pop()[1]
-                self._writer.write("command", simulation.time_ns, encode_floats(efforts))
-                self._inputs.command(efforts)
-            stop = min(last, index + self._publish_steps - index % self._publish_steps)
-            if self._due:
-                stop = min(stop, self._due[-1][0])
-            self._inputs.advance(stop - index)
-            if stop % self._publish_steps == 0 or stop == last:
-                self._emit()
-                self._writer.wait_for_room()
-                progress(simulation.time)
-
-    def _emit(self) -> None:
-        for topic in self._telemetry.topics:
-            data = getattr(self._telemetry, topic.key)()
-            self._writer.write(topic.key, self.simulation.time_ns, data)
-
-    def _event(self, text: str) -> None:
-        self._writer.write("events", self.simulation.time_ns, encode_string(text))
-
-    def summary(self) -> dict[str, Any]:
-        """Numbers of the run so far; SI units unless the key says otherwise."""
-        simulation, writer = self.simulation, self._writer
-        residual = float(simulation.ledger()[-1])
-        return {
-            "package": f"soft_sim_ros {__version__}",
-            "scene": simulation.scene.name,
-            "scene_file": simulation.scene.file,
-            "ended_by": self._ended_by,
-            "simulated_s": simulation.time,
-            "running_s": self._seconds,
-            "real_time_factor": simulation.time / self._seconds if self._seconds else None,
-            "step_s": simulation.step_ns * 1e-9,
-            "publish_every_steps": self._publish_steps,
-            "solver": simulation.statistics()._asdict(),
-            "energy_residual_J": residual if math.isfinite(residual) else None,
-            "recording": {
-                "directory": str(self.directory),
-                "recorded": writer.written,
-                "dropped": writer.dropped,
-                "error": writer.error,
-            },
-        }
+from soft_sim_ros.errors import SoftSimError
 
 
 @verb
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the rollout that the command line describes."""
-    options = _parser().parse_args(argv)
-    scene = load_scene(options.scene)
-    programme = None
-    if options.commands is not None:
-        names = [actuator.name for actuator in scene.actuators]
-        safe = [actuator.safe for actuator in scene.actuators]
-        programme = read_programme(options.commands, names, safe)
+    """Make the run, or the batch of runs, that the command line describes."""
+    parser = _parser()
+    options = parser.parse_args(argv)
+    many = options.sweep or len(options.scene) > 1 or options.dask or options.jobs
+    if not options.scene and not options.sweep:
+        parser.error("a scene is missing, or --sweep FILE")
+    given = {
+        key: getattr(options, key)
+        for key in ("commands", "publish_rate", "poses", "max_error")
+        if getattr(options, key) is not None
+    }
+    if options.estimate:
+        given.setdefault("max_error", math.inf)
+    if options.sweep:
+        runs = read_sweep(options.sweep, options.scene, options.duration)
+        runs = [replace(run, **given) for run in runs]
+    elif options.duration is None:
+        parser.error("the following arguments are required: --duration")
+    else:
+        runs = runs_of(options.scene, duration=options.duration, **given)
+    return _batch(runs, options) if many else _one(runs[0], options.out)
+
+
+def _one(run: Run, out: Path) -> int:
+    scene = run.scene()
+    programme = run.programme(scene)
     warm_up(scene)
     rollout = Rollout(
-        scene, options.out, programme, publish_rate=options.publish_rate, poses=options.poses
+        scene,
+        out,
+        programme,
+        publish_rate=run.publish_rate,
+        poses=run.poses,
+        max_error=run.max_error,
     )
     line = Line()
     begin = time.monotonic()
 
     def progress(now: float) -> None:
         speed = now / max(time.monotonic() - begin, 1e-9)
-        line.show(f"t = {now:.2f} of {options.duration:g} s, {speed:.3g} x real time")
+        line.show(f"t = {now:.2f} of {run.duration:g} s, {speed:.3g} x real time")
 
     try:
-        summary = rollout.run(options.duration, progress)
+        summary = rollout.run(run.duration, progress)
     finally:
         line.clear()
     kept, residual = summary["recording"], summary["energy_residual_J"]
@@ -193,6 +75,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         f"{summary['real_time_factor'] or 0:.3g} x real time; "
         f"energy residual {math.nan if residual is None else residual:.3g} J"
     )
+    if summary["estimate"]:
+        error = summary["estimate"]["error_rel"]
+        print(f"estimate of the tip's error in time: {error:.2g} of the length")
     print(f"{kept['recorded']} messages recorded in {kept['directory']}")
     if kept["dropped"] or kept["error"]:
         print(f"error: {kept['dropped']} messages lost: {kept['error']}")
@@ -200,23 +85,78 @@ def main(argv: Sequence[str] | None = None) -> int:
     return DONE
 
 
+def _batch(runs: list[Run], options: argparse.Namespace) -> int:
+    try:
+        warm_up(runs[0].scene())  # compiled here once, not by every process
+    except SoftSimError:
+        pass  # an outcome like any other: the run will say it
+    line = Line()
+    begin = time.monotonic()
+    count: Counter[str] = Counter()
+    before: list[int] = []
+
+    def progress(done: int, total: int, result: dict[str, Any] | None) -> None:
+        before.append(done)
+        if result is not None:
+            count["failed"] += result["outcome"] != COMPLETED
+        fresh, spent = done - before[0], time.monotonic() - begin
+        left = f", about {spent / fresh * (total - done):.0f} s left" if fresh else ""
+        line.show(f"{bar(done, total)} {done} of {total} runs, {count['failed']} failed{left}")
+
+    try:
+        results = run_batch(
+            runs, options.out, jobs=options.jobs, dask=options.dask, progress=progress
+        )
+    finally:
+        line.clear()
+    outcomes = Counter(result["outcome"] for result in results)
+    told = ", ".join(f"{number} {outcome}" for outcome, number in outcomes.most_common())
+    print(f"{len(results)} runs: {told}; {before[0]} of them made before")
+    print(f"table: {options.out / 'results.csv'} and .json")
+    failed = [result for result in results if result["outcome"] != COMPLETED]
+    for result in failed[:5]:
+        print(f"{result['run']}: {result['outcome']}: {result['reason']}")
+    if len(failed) > 5:
+        print(f"… and {len(failed) - 5} more, see the column 'reason'")
+    return FAILED if failed else DONE
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="rollout", description=__doc__)
-    parser.add_argument("scene", help="scene file, or the name of one in the config folder")
-    parser.add_argument("--duration", type=_positive, required=True, metavar="S", help="s")
+    parser.add_argument(
+        "scene", nargs="*", help="scene file, or the name of one in the config folder"
+    )
+    parser.add_argument("--duration", type=_positive, metavar="S", help="s; a sweep may say it")
     parser.add_argument(
         "--commands",
-        type=Path,
         metavar="FILE.csv",
         help="efforts over time: a header time,<actuator>,… and rows that are held until the next",
     )
     parser.add_argument(
-        "--publish-rate", type=_positive, default=100.0, metavar="HZ", help="recorded states per s"
+        "--publish-rate", type=_positive, metavar="HZ", help="recorded states per s (100)"
+    )
+    parser.add_argument("--poses", type=_poses, metavar="N", help="number of backbone poses (51)")
+    parser.add_argument(
+        "--estimate", action="store_true", help="estimate the tip's error in time: 5 times the work"
     )
     parser.add_argument(
-        "--poses", type=_poses, default=51, metavar="N", help="number of backbone poses"
+        "--max-error",
+        type=_positive,
+        metavar="REL",
+        help="estimate, and end where the estimate is beyond this part of the length",
     )
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="the recording")
+    parser.add_argument("--sweep", type=Path, metavar="FILE.yaml", help="parameters to vary")
+    parser.add_argument("--jobs", type=_jobs, metavar="N", help="processes (one per core)")
+    parser.add_argument(
+        "--dask", metavar="ADDRESS", help="scheduler of many machines; 'local' starts one here"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        required=True,
+        metavar="DIR",
+        help="the recording; for many, the folder of recordings and tables, resumed if it exists",
+    )
     return parser
 
 
@@ -231,4 +171,11 @@ def _poses(text: str) -> int:
     value = int(text)
     if value < 2:
         raise argparse.ArgumentTypeError(f"{text}: expected at least 2, the base and the tip")
+    return value
+
+
+def _jobs(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text}: expected at least 1")
     return value

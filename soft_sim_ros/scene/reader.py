@@ -200,6 +200,10 @@ class Reader:
             self.refuse(expected, key)
         return [Reader(self.document, item, f"{path}[{i}]") for i, item in enumerate(items)]
 
+    def written(self, key: str) -> yaml.Node | None:
+        """Return what is written for a key as it is, None if nothing is."""
+        return self._find(key, None, "")
+
     def says(self, key: str, word: str) -> bool:
         """Tell whether the value of a key is a certain word."""
         return self.has(key) and getattr(self._pairs[key][1], "value", None) == word

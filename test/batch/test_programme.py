@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_sim_ros.commands.programme import ProgrammeError, read_programme
+from soft_sim_ros.batch.programme import ProgrammeError, read_programme
 
 ACTUATORS, SAFE = ("a", "b", "c"), (0.0, 7.0, 0.0)
 

@@ -1,0 +1,124 @@
+"""Put values into the YAML text of a scene, by key path."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+import yaml
+
+from soft_sim_ros.errors import SceneError
+from soft_sim_ros.scene.document import MERGE, Document
+
+MAP, TEXT = "tag:yaml.org,2002:map", "tag:yaml.org,2002:str"
+PART = re.compile(r"(?:^|\.)([A-Za-z_]\w*)|\[(\d+)\]")
+
+
+def key_path(text: str) -> list[str | int]:
+    """Split ``bodies[0].sections.tip.length`` into its keys and indices.
+
+    Raises
+    ------
+    ValueError
+        if it is none
+    """
+    parts: list[str | int] = []
+    at = 0
+    while at < len(text):
+        found = PART.match(text, at)
+        if found is None:
+            raise ValueError(text)
+        parts.append(found[1] if found[2] is None else int(found[2]))
+        at = found.end()
+    if not parts or isinstance(parts[0], int) or text[0] == ".":
+        raise ValueError(text)
+    return parts
+
+
+def edited(text: str, file: str, values: Mapping[str, str]) -> str:
+    """Return a scene with YAML ``values`` put in at their key paths.
+
+    Entries of lists are named by their number or by their name. What a mapping lacks is added:
+    whether it means anything is for the scene to say. A change at an anchor changes its aliases, a
+    change at an alias nothing else, as in an editor. Comments get lost.
+
+    Raises
+    ------
+    SceneError
+        if a list has no such entry, or there is neither mapping nor list
+    """
+    root = Document.parse(text, file).root
+    for path, value in values.items():
+        node = Document.parse(value, f"{file}: {path}").root
+        root = _with(root, key_path(path), node, False, file, path)
+    return str(yaml.serialize(root, Dumper=yaml.SafeDumper, allow_unicode=True))
+
+
+def _with(
+    node: yaml.Node, parts: list[str | int], value: yaml.Node, shared: bool, file: str, path: str
+) -> yaml.Node:
+    """Return a node with a value put in: the same one, or a new one where others share it."""
+    if not parts:
+        return value
+    first, rest = parts[0], parts[1:]
+    if isinstance(node, yaml.SequenceNode):
+        index = _index(node, first)
+        if index is None:
+            names = ", ".join(filter(None, map(_name, node.value)))
+            expected = f"a path to an entry of a list of {len(node.value)} ({names})"
+            raise SceneError(file, path, str(first), expected)
+        items = list(node.value)
+        items[index] = _with(items[index], rest, value, shared or _aliased(node, index), file, path)
+        return _renewed(node, items, shared)
+    if not isinstance(node, yaml.MappingNode) or isinstance(first, int):
+        raise SceneError(file, path, str(first), "a path through mappings and lists of the scene")
+    pairs = list(node.value)
+    for i, (key, old) in enumerate(pairs):
+        if key.value == first:
+            alias = shared or old.start_mark.index < key.start_mark.index
+            pairs[i] = key, _with(old, rest, value, alias, file, path)
+            return _renewed(node, pairs, shared)
+    merged = _find(node, first) or yaml.MappingNode(MAP, [], node.start_mark, flow_style=False)
+    new = _with(merged, rest, value, True, file, path)
+    return _renewed(node, [*pairs, (yaml.ScalarNode(TEXT, first, node.start_mark), new)], shared)
+
+
+def _renewed(node: yaml.CollectionNode, entries: list, shared: bool) -> yaml.CollectionNode:
+    if shared:
+        return type(node)(node.tag, entries, node.start_mark, node.end_mark, node.flow_style)
+    node.value = entries
+    return node
+
+
+def _aliased(node: yaml.SequenceNode, index: int) -> bool:
+    """Tell whether an entry is written elsewhere: before the list or its earlier entries."""
+    at = node.start_mark.index
+    for item in node.value[:index]:
+        at = max(at, item.end_mark.index)
+    return bool(node.value[index].start_mark.index < at)
+
+
+def _find(node: yaml.MappingNode, name: str) -> yaml.Node | None:
+    """Return the value of a key, also where it is merged in."""
+    merged = None
+    for key, value in node.value:
+        if getattr(key, "value", None) == name and key.tag != MERGE:
+            return value
+        if key.tag == MERGE and isinstance(value, yaml.MappingNode):
+            merged = _find(value, name) or merged
+    return merged
+
+
+def _index(node: yaml.SequenceNode, part: str | int) -> int | None:
+    if isinstance(part, int):
+        return part if part < len(node.value) else None
+    found = [i for i, item in enumerate(node.value) if _name(item) == part]
+    return found[0] if len(found) == 1 else None
+
+
+def _name(item: yaml.Node) -> str:
+    """Return the name of an entry of a list: that of its first key, or what ``name`` says."""
+    if not isinstance(item, yaml.MappingNode) or not item.value:
+        return ""
+    name = _find(item, "name") or item.value[0][1]
+    return str(name.value) if isinstance(name, yaml.ScalarNode) else ""

@@ -1,0 +1,179 @@
+"""One run of a scene into a recording, as fast as possible."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from soft_sim_ros import __version__
+from soft_sim_ros.batch.programme import Programme
+from soft_sim_ros.core.estimate import Estimated
+from soft_sim_ros.core.inputs import Inputs
+from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.errors import SolverError
+from soft_sim_ros.recording.cdr import encode_floats, encode_string
+from soft_sim_ros.recording.telemetry import Telemetry
+from soft_sim_ros.recording.topics import recorded_topics
+from soft_sim_ros.recording.writer import BagWriter
+from soft_sim_ros.scene import Scene
+
+NODE = "/soft_arm"  # topics are named as those of the node, so that every reader fits both
+FRAME = "world"
+
+
+class Rollout:
+    """One run of a scene into a recording.
+
+    The state is recorded at the start, then every ``publish_rate``⁻¹ s (in whole steps), and at the
+    end; a command is taken up at the first step boundary not before its time.
+
+    Parameters
+    ----------
+    scene : what is simulated
+    directory : of the recording, which must not exist yet or be empty
+    programme : efforts over time; None = safe efforts throughout
+    publish_rate : states per simulated second, Hz
+    poses : number of backbone poses, base to tip
+    max_error : run a companion that estimates the tip's error, and refuse to go on where the
+        estimate is beyond this part of the length; infinite: estimate only; None: no companion
+
+    Warns
+    -----
+    UserWarning
+        if the period of states is no whole number of steps
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        directory: str | Path,
+        programme: Programme | None = None,
+        *,
+        publish_rate: float = 100.0,
+        poses: int = 51,
+        max_error: float | None = None,
+    ) -> None:
+        self.directory = Path(directory)
+        self.simulation = Simulation(scene)
+        self._inputs = Inputs(self.simulation, command_timeout=0.0, ramp=0.0)
+        self._telemetry = Telemetry(self.simulation, poses, FRAME, NODE)
+        step = self.simulation.step_ns * 1e-9
+        self._publish_steps = max(1, round(1.0 / (publish_rate * step)))
+        real_rate = 1.0 / (self._publish_steps * step)
+        if abs(real_rate - publish_rate) > 1e-6 * publish_rate:
+            warnings.warn(
+                f"states are recorded {real_rate:.6g} times per s, not {publish_rate:.6g}: every "
+                f"{self._publish_steps} steps of {step:g} s",
+                stacklevel=2,
+            )
+        self._pair = None if max_error is None else Estimated(self.simulation, max_error)
+        if programme is None:
+            programme = Programme(np.empty(0), np.empty((0, self.simulation.n_actuators)))
+        self._due = list(zip(programme.steps(step).tolist(), programme.efforts, strict=True))[::-1]
+        self._seconds = 0.0
+        self._ended_by = "interrupted"
+        self._writer = BagWriter(
+            self.directory,
+            recorded_topics(NODE),
+            metadata={
+                "node": NODE,
+                "command_timeout": "0.0",
+                "command_ramp": "0.0",
+                "frame_id": FRAME,
+                "poses": str(poses),
+                "publish_rate": repr(publish_rate),
+                "real_time_factor": "0.0",
+            },
+            attachments={"scene.yaml": scene.source.encode()},
+        )
+
+    def run(self, duration: float, progress: Callable[[float], None] = lambda t: None) -> dict:
+        """Simulate ``duration`` s and close the recording, which stays valid whatever happens.
+
+        Returns
+        -------
+        dict
+            the summary, which is also in ``summary.json``
+
+        Raises
+        ------
+        SolverError
+            if the solver gives up; everything up to there is in the recording
+        """
+        last = max(0, math.ceil(duration * 1e9 / self.simulation.step_ns - 1e-6))
+        begin = time.perf_counter()
+        try:
+            self._run(last, progress)
+            self._ended_by = "duration"
+        except SolverError as error:
+            self._ended_by = f"diverged: {error}"
+            self._event(self._ended_by)  # first: the inputs that broke the step are in force now
+            self._emit()
+            raise
+        finally:
+            self._seconds = time.perf_counter() - begin
+            self._writer.close()
+            summary = self.summary()
+            text = json.dumps(summary, indent=2, allow_nan=False)
+            (self.directory / "summary.json").write_text(text + "\n")
+        return summary
+
+    def _run(self, last: int, progress: Callable[[float], None]) -> None:
+        simulation = self.simulation
+        self._emit()
+        while simulation.step_index < last:
+            index = simulation.step_index
+            while self._due and self._due[-1][0] <= index:
+                efforts = self._due.pop()[1]
+                self._writer.write("command", simulation.time_ns, encode_floats(efforts))
+                self._inputs.command(efforts)
+            stop = min(last, index + self._publish_steps - index % self._publish_steps)
+            if self._due:
+                stop = min(stop, self._due[-1][0])
+            self._inputs.advance(stop - index)
+            if self._pair is not None:
+                self._pair.follow(stop - index)
+            if stop % self._publish_steps == 0 or stop == last:
+                self._emit()
+                self._writer.wait_for_room()
+                progress(simulation.time)
+
+    def _emit(self) -> None:
+        for topic in self._telemetry.topics:
+            data = getattr(self._telemetry, topic.key)()
+            self._writer.write(topic.key, self.simulation.time_ns, data)
+
+    def _event(self, text: str) -> None:
+        self._writer.write("events", self.simulation.time_ns, encode_string(text))
+
+    def summary(self) -> dict[str, Any]:
+        """Numbers of the run so far; SI units unless the key says otherwise."""
+        simulation, writer = self.simulation, self._writer
+        residual = float(simulation.ledger()[-1])
+        return {
+            "package": f"soft_sim_ros {__version__}",
+            "scene": simulation.scene.name,
+            "scene_file": simulation.scene.file,
+            "ended_by": self._ended_by,
+            "simulated_s": simulation.time,
+            "running_s": self._seconds,
+            "real_time_factor": simulation.time / self._seconds if self._seconds else None,
+            "step_s": simulation.step_ns * 1e-9,
+            "publish_every_steps": self._publish_steps,
+            "solver": simulation.statistics()._asdict(),
+            "energy_residual_J": residual if math.isfinite(residual) else None,
+            "estimate": None if self._pair is None else self._pair.summary(),
+            "recording": {
+                "directory": str(self.directory),
+                "recorded": writer.written,
+                "dropped": writer.dropped,
+                "error": writer.error,
+            },
+        }

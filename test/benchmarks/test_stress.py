@@ -1,0 +1,68 @@
+"""Judging a scene of the stability map; the hard ones that estimates were once wrong about."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def tree_on_path():
+    """The benchmarks are not installed: they are imported from the source tree."""
+    sys.path.insert(0, str(ROOT))
+    yield
+    sys.path.remove(str(ROOT))
+
+
+def judged(*, checked=True, **values):
+    scenes = importlib.import_module("benchmarks.stress.scenes")
+    usual = {
+        "young": 1e6, "slenderness": 10.0, "step": 1e-3, "command": "step", "density": 1000.0,
+        "damping": 0.1, "integrator": "sdirk2", "seed": 1,
+    }  # fmt: skip
+    judge = importlib.import_module("benchmarks.stress.judge").judge
+    return judge(scenes.Case(**(usual | values)), checked)
+
+
+def test_an_ordinary_arm_is_accurate():
+    entry = judged()
+    assert entry["outcome"] == "accurate"
+    assert entry["error_rel"] < entry["estimate_rel"] < 0.1
+
+
+@pytest.mark.parametrize("integrator", ["sdirk2", "sdirk3", "sdirk4", "implicit_midpoint"])
+def test_a_vibration_too_fast_for_the_step_is_refused(integrator):
+    stiff = {"young": 1e11, "slenderness": 5.0, "damping": 0.0, "step": 0.1}
+    entry = judged(**stiff, integrator=integrator)
+    assert (entry["outcome"], entry["why"]) == ("refused", "Inaccurate")
+    assert entry["time_of_refusal"] <= 0.2
+
+
+# two runs of one method agree here, and are both wrong
+@pytest.mark.parametrize(
+    "case",
+    [
+        {"young": 1e8, "slenderness": 300.0, "step": 0.1, "command": "noise", "density": 1e3,
+         "damping": 0.01, "integrator": "sdirk4", "seed": 1639788282},
+        {"young": 1e9, "slenderness": 80.0, "step": 0.01, "command": "reversal", "density": 8e3,
+         "damping": 0.01, "integrator": "sdirk4", "seed": 336799869},
+        {"young": 1e11, "slenderness": 1e3, "step": 1e-4, "command": "reversal", "density": 100.0,
+         "damping": 1.0, "integrator": "sdirk3", "seed": 1656556428},
+    ],
+)  # fmt: skip
+def test_what_was_hard_to_judge_is_not_wrong(case):
+    assert judged(**case)["outcome"] != "wrong"
+
+
+def test_the_map_covers_every_value_and_real_arms_are_among_it():
+    scenes = importlib.import_module("benchmarks.stress.scenes")
+    drawn = scenes.cases(2500)
+    for name in ("YOUNG", "SLENDERNESS", "STEP", "COMMAND", "DENSITY", "DAMPING"):
+        values = getattr(scenes, name + "S" * (name == "COMMAND"))
+        assert {getattr(case, name.lower()) for case in drawn} == set(values)
+    assert {case.integrator for case in drawn} == set(scenes.METHODS)
+    assert sum(case.real() for case in drawn) > 50
+    assert all(case.real() for case in scenes.real_cases(20))
