@@ -1,0 +1,234 @@
+"""The port-Hamiltonian form C (1.38)–(1.46), and its integration by a discrete gradient."""
+
+import numpy as np
+import pytest
+from scenes import ALL, random_state, rod, rod_document, scene_of, zoo_document
+
+from soft_sim_ros.core.discrete_gradient import DiscreteGradient
+from soft_sim_ros.core.dynamics import Dynamics
+from soft_sim_ros.core.port_hamiltonian import PortHamiltonian
+from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.errors import NewtonFailed
+
+EFFORTS = np.array([0.3, -0.2, 3.0, 2.0])
+
+
+@pytest.fixture(scope="module")
+def zoo():
+    """Joints, rods in space, rigid bodies, tendons, moments; no loads."""
+    document = zoo_document()
+    document["loads"] = []
+    document["numerics"] = {"basis": {"order": 1}}
+    return PortHamiltonian(Dynamics(scene_of(document)))
+
+
+def state(system, seed, speed=0.1):
+    q, v, _ = random_state(system.dynamics, seed)
+    return q, speed * v
+
+
+def difference_quotient(function, x, size):
+    """Fourth-order difference quotients along every coordinate of x."""
+    columns = []
+    for e in np.diag(size):
+        near, far = function(x + e) - function(x - e), function(x + 2 * e) - function(x - 2 * e)
+        columns.append((8.0 * near - far) / (12.0 * e.sum()))
+    return np.array(columns)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_gradient_of_the_hamiltonian_is_its_difference_quotient(zoo, seed):
+    q, v = state(zoo, seed)
+    p = zoo.momentum(q, v)
+    by_q, by_p = zoo.gradient(q, p)
+    weight = zoo.dynamics.model.weight
+    quotient = difference_quotient(lambda x: zoo.hamiltonian(x, p), q, 1e-3 / weight)
+    assert np.abs((by_q - quotient) / weight).max() < 1e-7 * np.abs(by_q / weight).max()
+    quotient = difference_quotient(lambda x: zoo.hamiltonian(q, x), p, 1e-3 * weight)
+    assert np.abs((by_p - quotient) * weight).max() < 1e-8 * np.abs(by_p * weight).max()
+    np.testing.assert_allclose(by_p, v, rtol=1e-9, atol=1e-9 * np.abs(v).max())  # (1.40)
+
+
+def test_1_42_holds_with_the_other_sign(zoo):
+    """∂H/∂q at fixed p is −∂𝓛/∂q at fixed q̇; (1.42) prints +½∂(q̇ᵀMq̇)/∂q + ∂𝓛/∂q."""
+    q, v = state(zoo, 0)
+    weight, dynamics = zoo.dynamics.model.weight, zoo.dynamics
+
+    def lagrangian(x):
+        kinetic, elastic, weight_energy = dynamics.energies(x, v)
+        return kinetic - elastic - weight_energy
+
+    by_q = zoo.gradient(q, zoo.momentum(q, v))[0]
+    quotient = difference_quotient(lagrangian, q, 1e-3 / weight)
+    assert np.abs((by_q + quotient) / weight).max() < 1e-7 * np.abs(by_q / weight).max()
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_1_44_is_the_lagrangian_equation_of_motion(zoo, seed):
+    """q̇ = M⁻¹ p and ṗ = M q̈ + Ṁ q̇ with q̈ of the recursion, under efforts."""
+    q, v = state(zoo, seed)
+    dynamics = zoo.dynamics
+    a = dynamics.forward_dynamics(q, v, EFFORTS)
+    rate = dynamics.mass_matrix_derivative(q) @ v
+    q_rate, p_rate = zoo.rates(q, zoo.momentum(q, v), EFFORTS)
+    expected = dynamics.mass_matrix(q) @ a + rate @ v
+    np.testing.assert_allclose(q_rate, v, rtol=1e-8, atol=1e-8 * np.abs(v).max())
+    np.testing.assert_allclose(p_rate, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+
+
+def test_structure(zoo):
+    q, v = state(zoo, 1)
+    structure, dissipation = zoo.structure(), zoo.dissipation()
+    np.testing.assert_array_equal(structure, -structure.T)
+    np.testing.assert_allclose(dissipation, dissipation.T, rtol=1e-12, atol=1e-15)
+    assert np.linalg.eigvalsh(dissipation).min() > -1e-12
+    # outputs are the port velocities, so u · y is power
+    gradient = np.concatenate(zoo.gradient(q, zoo.momentum(q, v)))
+    velocity = zoo.dynamics.ports(q, v)[1]
+    output = zoo.input_matrix(q).T @ gradient
+    np.testing.assert_allclose(output, velocity, atol=1e-7 * np.abs(velocity).max())
+
+
+@pytest.mark.parametrize("h", [1e-3, 5e-3, 2e-2])
+def test_energy_balance_of_every_step_is_exact(zoo, h):
+    """(1.45) with −q̇ᵀR q̇: stored = supplied − dissipated, for tendons as well."""
+    motion = DiscreteGradient(zoo)
+    worst = 0.0
+    for _ in range(15):
+        one = motion.step(h, EFFORTS)
+        worst = max(worst, abs(one.stored - one.supplied + one.dissipated))
+        assert one.dissipated >= 0.0
+    energy = zoo.hamiltonian(motion.q, motion.p)
+    assert energy - zoo.hamiltonian(0 * motion.q, 0 * motion.p) == pytest.approx(
+        motion.balance.stored, abs=1e-12 * abs(energy)
+    )
+    assert motion.balance.dissipated > 1e-3
+    assert worst < 3e-12 * abs(energy)
+
+
+def test_work_of_the_ports_is_the_integral_of_effort_times_velocity(zoo):
+    """What a step books as supplied is what the ports see, by quadrature over small steps."""
+    motion, h, total = DiscreteGradient(zoo), 5e-4, 0.0
+    for _ in range(40):
+        before = zoo.dynamics.ports(motion.q, motion.v)[1]
+        motion.step(h, EFFORTS)
+        after = zoo.dynamics.ports(motion.q, motion.v)[1]
+        total += 0.5 * h * EFFORTS @ (before + after)
+    assert motion.balance.supplied == pytest.approx(total, rel=2e-3)
+
+
+def arm(order=2, **options):
+    """Return a rod with a bending, a twisting and a stretching actuator."""
+    options.setdefault("gravity", (0.0, 0.0, -9.81))
+    ports = [
+        {"moment": strain, "rod": "rod", "section": "s", "strain": strain}
+        for strain in ("bend_y", "torsion", "stretch")
+    ]
+    return rod_document(order=order, actuators=ports, **options)
+
+
+# young_modulus Pa, radius m, viscosity Pa·s, density kg/m³, step s, effort N·m, steps
+STRESS = [
+    (1e4, 0.03, 0.0, 1000.0, 5e-3, 0.005, 40),
+    (1e6, 0.03, 0.0, 1000.0, 1e-1, 1.0, 25),
+    (1e6, 0.005, 20.0, 1000.0, 2e-2, 1e-3, 40),
+    (1e6, 0.03, 1e5, 100.0, 1e-2, 1.0, 40),
+    (1e9, 0.01, 0.0, 8000.0, 1e-2, 1.0, 25),
+    (1e11, 0.002, 1e5, 8000.0, 1e-3, 0.1, 40),
+]
+
+
+@pytest.mark.parametrize(
+    ("young", "radius", "viscosity", "density", "h", "effort", "steps"), STRESS
+)
+@pytest.mark.parametrize("command", ["step", "noise", "reversal"])
+def test_passivity_is_never_violated(young, radius, viscosity, density, h, effort, steps, command):
+    """Property 1.1: ∫ uᵀy dt ≥ H(t) − H(0), soft and stiff, at steps far too long to resolve it."""
+    material = {"young_modulus": young, "shear_modulus": young / 3}
+    material |= {"viscosity": viscosity, "density": density}
+    motion = DiscreteGradient(scene_of(arm(radius=radius, material=material)))
+    rng = np.random.default_rng(7)
+    scale = np.array([effort, 0.5 * effort, effort / radius])
+    peak = 0.0
+    for k in range(steps):
+        u = {"step": 1.0, "noise": rng.normal(size=3), "reversal": (-1.0) ** (k // 5)}[command]
+        motion.step(h, u * scale)
+        stored, supplied, dissipated = motion.balance
+        peak = max(peak, abs(stored), abs(supplied), abs(motion._energy))
+        assert supplied - stored >= dissipated - 1e-9 * peak
+        assert dissipated >= 0.0
+
+
+def test_generalised_forces_are_inputs_as_well():
+    """The paper's own port, u = τ and y = q̇."""
+    motion = DiscreteGradient(rod(order=1, material={"viscosity": 100.0}))
+    rng = np.random.default_rng(2)
+    force = rng.normal(size=motion.system.n) * 0.01 * motion.system.dynamics.model.weight
+    work = 0.0
+    for _ in range(20):
+        before = motion.q
+        one = motion.step(5e-3, tau=force)
+        assert one.stored == pytest.approx(one.supplied - one.dissipated, abs=1e-13)
+        work += force @ (motion.q - before)
+    assert motion.balance.supplied == pytest.approx(work, rel=1e-12)
+    assert motion.balance.supplied > motion.balance.stored > 0.0
+
+
+def test_energy_of_a_free_undamped_rod_does_not_drift():
+    motion = DiscreteGradient(scene_of(arm(order=1)))
+    energy = motion._energy
+    kinetic = 0.0
+    for _ in range(400):
+        motion.step(0.02)
+        kinetic = max(kinetic, 0.5 * motion.p @ motion.v)
+    assert kinetic > 0.1
+    assert abs(motion._energy - energy) < 1e-12 * kinetic
+
+
+def test_steps_are_reversible():
+    motion = DiscreteGradient(scene_of(arm(order=1)))
+    for _ in range(10):
+        motion.step(5e-3)
+    q, p = motion.q, motion.p
+    motion.step(5e-3)
+    motion.step(-5e-3)
+    weight = motion.system.dynamics.model.weight
+    assert np.abs((motion.q - q) * weight).max() < 1e-9
+    assert np.abs(motion.p - p).max() < 1e-9 * np.abs(p).max()
+
+
+def test_motion_agrees_with_that_of_q_and_its_rate_to_second_order():
+    """Against sdirk4 of (q, q̇) at a small step: bending in space, loads of both kinds, efforts."""
+    document = arm(
+        order=1,
+        strains=ALL[:3],
+        material={"viscosity": 500.0},
+        loads=[
+            {"point": "a", "body": "rod", "force": [0.2, 0.5, -0.3], "moment": [0.01, 0.02, 0.0]},
+            {"point": "b", "body": "rod", "force": [-0.3, 0.2, 0.4], "frame": "body"},
+        ],
+        numerics={"basis": {"order": 1}, "integrator": "sdirk4", "step": 0.0005},
+    )
+    document["actuators"] = document["actuators"][:2]
+    scene, efforts = scene_of(document), np.array([0.1, 0.05])
+    exact = Simulation(scene)
+    exact.set_efforts(efforts)
+    exact.advance(200)
+    weight = exact.dynamics.model.weight
+    errors = []
+    for steps in (20, 40, 80):
+        motion = DiscreteGradient(scene)
+        for _ in range(steps):
+            motion.step(0.1 / steps, efforts)
+        errors.append(np.abs((motion.q - exact.q) * weight).max())
+    assert np.abs(exact.q * weight).max() > 0.05
+    order = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert order == pytest.approx([2.0, 2.0], abs=0.15)
+
+
+def test_a_hopeless_step_is_a_typed_error():
+    motion = DiscreteGradient(scene_of(arm(order=1)))
+    before = motion.q
+    with pytest.raises(NewtonFailed):
+        motion.step(1e-3, np.array([np.nan, 0.0, 0.0]))
+    assert motion.q is before
