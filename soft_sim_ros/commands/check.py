@@ -15,7 +15,8 @@ from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.statics import equilibrium
 from soft_sim_ros.core.wrench import InternalWrench
 from soft_sim_ros.errors import StaticsFailed
-from soft_sim_ros.scene import Rod, Scene, load_scene, summary, total_mass
+from soft_sim_ros.scene import Scene, load_scene, summary, total_mass
+from soft_sim_ros.scene.summary import elastic
 
 # heading, field of the summary
 COLUMNS = (
@@ -59,9 +60,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def doubts(scene: Scene) -> Iterator[str]:
     """Give what is allowed but looks like another unit, or like no rod."""
-    for body in scene.bodies:
-        if not isinstance(body, Rod):
-            continue
+    for body in elastic(scene):
         for section in body.sections:
             where = f"{body.name}/{section.name}"
             area = float(np.max(section.cross_section.area(np.array([0.0, 1.0]))))
@@ -83,7 +82,7 @@ def doubts(scene: Scene) -> Iterator[str]:
 def sections(scene: Scene) -> Iterator[str]:
     """Give the table of sections: start and end of each, where they differ."""
     rows = summary(scene)
-    length = sum(body.length for body in scene.bodies if isinstance(body, Rod))
+    length = sum(rod.length for rod in elastic(scene))
     yield f"{scene.file}: valid"
     yield (
         f"{scene.name}: {total_mass(scene):.4g} kg, {length:g} m of rod; "

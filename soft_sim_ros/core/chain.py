@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from . import se3
 from .bases import ElementBasis, get_basis
 from .model import Floats
 from .quadrature import gauss, lobatto
+
+if TYPE_CHECKING:
+    from .link import LinkMap
 
 GAUSS2 = gauss(2)[0]
 PROJECTION = gauss(16)
@@ -127,6 +131,11 @@ class RodMap:
     pivot: list[int] = field(default_factory=list)  # coordinates of the hinge of a limp rod
     last_node: int = 0
 
+    @property
+    def length(self) -> float:
+        """Reference length in m."""
+        return self.rod.length
+
 
 class Chain:
     """A chain of segments under construction; node 0 is the base frame."""
@@ -138,7 +147,8 @@ class Chain:
         self.blocks: list[Block] = []
         self.names: list[str] = []
         self.rods: dict[str, RodMap] = {}
-        self.frames: dict[str, int] = {}  # node of a joint or a rigid body
+        self.links: dict[str, LinkMap] = {}
+        self.frames: dict[str, int] = {}  # node of a joint, a rigid body, the tip of a link
         self.joints: dict[str, range] = {}  # coordinates of a joint
         self.charts: list[int] = []  # first coordinates of rotation vectors
         self.free: list[int] = []  # segment that turns a free base
@@ -147,6 +157,19 @@ class Chain:
     def node(self) -> int:
         """Index of the last node."""
         return len(self.segments)
+
+    @property
+    def spans(self) -> list[RodMap | LinkMap]:
+        """Rods and floating-frame links, base to tip: what has a length."""
+        return sorted([*self.rods.values(), *self.links.values()], key=lambda m: m.first_node)
+
+    def columns(self, name: str) -> range:
+        """Return the coordinates of a joint or of a floating-frame link."""
+        return self.joints[name] if name in self.joints else self.links[name].columns
+
+    def behind(self, node: int) -> float:
+        """Return the length in m of rods and links that begin before a node."""
+        return sum(span.length for span in self.spans if span.first_node < node)
 
     def add(
         self, segment: Segment, inertia: Floats | None = None, drag: Floats | None = None

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..scene import (
+    FlexibleLink,
     Joint,
     PointLoad,
     RigidBody,
@@ -21,6 +22,7 @@ from . import se3
 from .arrays import flat_entries, floats, ints
 from .chain import ANGULAR, Chain
 from .fibres import flatten_fibres
+from .link import append_link
 from .loads import lump_loads
 from .model import Floats, Loads, Model
 from .ports import Path, flat_ports, winding
@@ -45,7 +47,7 @@ def compile_scene(scene: Scene) -> Compiled:
     """Return the compiled scene."""
     base = se3.pose_matrix(scene.base.position, scene.base.quaternion)
     chain = build_chain(scene)
-    length = sum(m.rod.length for m in chain.rods.values()) or 1.0
+    length = sum(span.length for span in chain.spans) or 1.0
     return Compiled(
         scene=scene,
         chain=chain,
@@ -77,6 +79,8 @@ def build_chain(scene: Scene) -> Chain:
         if isinstance(body, Rod):
             chain.rod(body, scene.numerics.rods[body.name], cuts[body.name], turning[body.name])
             _check_nodes(scene, chain, body)
+        elif isinstance(body, FlexibleLink):
+            append_link(chain, body)
         elif isinstance(body, Joint):
             chain.joint(body)
         elif isinstance(body, RigidBody):
@@ -167,14 +171,16 @@ def _sparse_law(chain: Chain) -> tuple:
 def _weights(chain: Chain, length: float) -> Floats:
     """Return how far (in arm lengths) a unit of each coordinate may move the tip."""
     weights = np.zeros(len(chain.names))
-    ahead = length
     shifts = {e[0] for segment in chain.segments for e in segment.entries if e[1] >= ANGULAR}
     for name, own in chain.joints.items():
-        behind = sum(m.rod.length for m in chain.rods.values() if m.first_node < chain.frames[name])
-        reach = max(length - behind, 0.1 * length)
+        reach = max(length - chain.behind(chain.frames[name]), 0.1 * length)
         for column in own:
             weights[column] = (1.0 if column in shifts else reach) / length
+    for link_map in chain.links.values():
+        beyond = length - chain.behind(link_map.first_node) - link_map.length
+        weights[link_map.columns] = link_map.reach(beyond) / length
     for rod_map in chain.rods.values():
+        ahead = length - chain.behind(rod_map.first_node)
         weights[rod_map.pivot] = ahead / length
         for element in rod_map.elements:
             begin, end = element.span
@@ -185,5 +191,4 @@ def _weights(chain: Chain, length: float) -> Floats:
                 lever = ahead - s if component < ANGULAR else np.ones_like(s)
                 amount = np.abs(element.values(columns, s)) * (w * lever * (end - begin))[:, None]
                 weights[first : first + count] += amount.sum(axis=0) / length
-        ahead -= rod_map.rod.length
     return weights

@@ -36,12 +36,14 @@ def sample_frames(compiled: Compiled, s: Floats) -> Samples:
 def _locate(chain: Chain, s: float) -> tuple[int, Segment]:
     """Return the node before arc length s, and the step from it."""
     nothing = Segment(0.5, 0.0, np.zeros((2, 6)))
-    rods = list(chain.rods.values())
-    for i, rod_map in enumerate(rods):
-        if s > rod_map.rod.length and i < len(rods) - 1:
-            s -= rod_map.rod.length
+    spans = chain.spans
+    for i, span in enumerate(spans):
+        if s > span.length and i < len(spans) - 1:
+            s -= span.length
             continue
-        element = _element_at(rod_map, s)
+        if not isinstance(span, RodMap):
+            return span.sample(min(s, span.length))
+        element = _element_at(span, s)
         k = element.first_segment
         while chain.segments[k].span[1] < min(s, element.span[1]):
             k += 1

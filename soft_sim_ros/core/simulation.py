@@ -119,10 +119,10 @@ class Simulation:
         q, v = np.zeros(self.n_coordinates), np.zeros(self.n_coordinates)
         given = np.zeros(self.n_coordinates, dtype=bool)
         for name, value in initial.positions.items():
-            columns = chain.joints[name]
+            columns = chain.columns(name)
             q[columns], given[columns] = value, True
         for name, value in initial.velocities.items():
-            v[chain.joints[name]] = value
+            v[chain.columns(name)] = value
         for first in self.model.chart:
             # what is given is the angular velocity in the frame after the joint
             tangent = se3.right_tangent(np.concatenate([q[first : first + 3], np.zeros(3)]))[:3, :3]

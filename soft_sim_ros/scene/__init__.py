@@ -7,7 +7,7 @@ from soft_sim_ros.scene.actuator import (
     MomentActuator,
     TendonActuator,
 )
-from soft_sim_ros.scene.body import Body, RigidBody, Rod
+from soft_sim_ros.scene.body import Body, FlexibleLink, RigidBody, Rod
 from soft_sim_ros.scene.initial import Initial
 from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.law import Curve, Rivlin, register_law
@@ -23,9 +23,9 @@ from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 
 __all__ = [
     "BASES", "INTEGRATORS", "STRAINS",
-    "Actuator", "Basis", "Body", "ChamberActuator", "Curve", "DistributedLoad", "Initial", "Joint",
-    "JointActuator", "Load", "Material", "Maxwell", "MomentActuator", "Numerics", "PointLoad",
-    "Pose", "Reference", "RigidBody", "Rivlin", "Rod", "Scene", "Schedule", "Section",
-    "SectionSummary", "TendonActuator", "load_scene", "packaged_scenes", "parse_scene",
-    "register_law", "summary", "total_mass",
+    "Actuator", "Basis", "Body", "ChamberActuator", "Curve", "DistributedLoad", "FlexibleLink",
+    "Initial", "Joint", "JointActuator", "Load", "Material", "Maxwell", "MomentActuator",
+    "Numerics", "PointLoad", "Pose", "Reference", "RigidBody", "Rivlin", "Rod", "Scene",
+    "Schedule", "Section", "SectionSummary", "TendonActuator", "load_scene", "packaged_scenes",
+    "parse_scene", "register_law", "summary", "total_mass",
 ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Bodies of the chain, base to tip: rods, joints and rigid bodies."""
+"""Bodies of the chain, base to tip: rods, floating-frame links, joints and rigid bodies."""
 
 from __future__ import annotations
 
@@ -6,15 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from soft_sim_ros.scene.interval import NONNEGATIVE, POSITIVE
+from soft_sim_ros.scene.interval import NONNEGATIVE, POSITIVE, Interval
 from soft_sim_ros.scene.joint import Joint, read_joint
 from soft_sim_ros.scene.material import Material
 from soft_sim_ros.scene.pose import IDENTITY, Pose, read_pose
 from soft_sim_ros.scene.reader import Reader
+from soft_sim_ros.scene.reference import Reference
 from soft_sim_ros.scene.rod_model import COSSERAT, MODELS, RodModel
 from soft_sim_ros.scene.section import Section, read_section
 from soft_sim_ros.scene.taper import Floats
 
+LINK_TIPS = ("free", "pinned")
+MODES = 30  # of a floating-frame link, at most
 ROUNDING = 1e-9  # of the length of a rod
 
 
@@ -58,6 +61,32 @@ class Rod:
         return next(section for section in self.sections if section.name == name)
 
 
+@dataclass(frozen=True)
+class FlexibleLink:
+    """A straight elastic rod that moves as a rigid body plus ``modes`` linear modes: B (3.25).
+
+    Modes are those of the rod clamped at its start, the lowest ``modes`` of all, or the lowest of
+    each kind (torsion, bend_y, bend_z, stretch); ``tip``: free, or held in place (pinned);
+    tip_mass in kg is a mass at the tip that the modes (not the link) are computed with.
+    rotary_inertia: whether sections turn with the modes; else their inertia turns with the frame.
+    nodes: masses per section, None: chosen from the number of modes.
+    """
+
+    name: str
+    rod: Rod
+    modes: int
+    each: dict[str, int] | None = None
+    tip: str = "free"
+    tip_mass: float = 0.0
+    rotary_inertia: bool = False
+    nodes: int | None = None
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the modal coordinates; their unit is m."""
+        return tuple(f"{self.name}/mode/{i}" for i in range(self.modes))
+
+
 @dataclass(frozen=True, eq=False)
 class RigidBody:
     """A mass fixed to the frame before it; the chain goes on from that same frame.
@@ -72,7 +101,7 @@ class RigidBody:
     com: Pose = IDENTITY
 
 
-Body = Rod | Joint | RigidBody
+Body = Rod | FlexibleLink | Joint | RigidBody
 
 
 def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> tuple[Body, ...]:
@@ -80,11 +109,14 @@ def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> tuple[
     bodies: list[Body] = []
     taken: set[str] = set()
     for reader in entries:
-        kind = reader.one_of(("rod", "joint", "rigid_body"))
+        kind = reader.one_of(("rod", "flexible_link", "joint", "rigid_body"))
         name = reader.name(kind, taken=taken)
         taken.add(name)
         if kind == "rod":
+            reader.only("rod", "model", "strains", "sections")
             bodies.append(_read_rod(reader, name, materials))
+        elif kind == "flexible_link":
+            bodies.append(_read_flexible_link(reader, name, materials))
         elif kind == "joint":
             joint = read_joint(reader, name)
             if joint.kind == "free" and bodies:
@@ -96,7 +128,6 @@ def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> tuple[
 
 
 def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
-    reader.only("rod", "model", "strains", "sections")
     model = MODELS[reader.choice("model", MODELS, default="cosserat")]
     strains = reader.choices("strains", model.strains)
     sections: list[Section] = []
@@ -107,6 +138,47 @@ def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
     if not np.isfinite(rod.length):
         reader.refuse("sections of a finite length together", "sections")
     return rod
+
+
+def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material]) -> FlexibleLink:
+    reader.only(
+        "flexible_link",
+        "strains",
+        "sections",
+        "modes",
+        "tip",
+        "tip_mass",
+        "rotary_inertia",
+        "nodes",
+    )
+    rod = _read_rod(reader, name, materials)
+    for entry, section in zip(reader.entries("sections"), rod.sections, strict=True):
+        if section.reference != Reference():
+            entry.refuse("no reference shape: a flexible link is straight", "reference")
+        if section.material.law is not None:
+            entry.refuse("a material without law: modes are linear", "material")
+        if section.material.maxwell != rod.sections[0].material.maxwell:
+            entry.refuse("one Maxwell branch for all sections of a flexible link", "material")
+    twists = "torsion" in rod.strains
+    rotary = reader.choice("rotary_inertia", ("true", "false"), default=str(twists).lower())
+    if twists and rotary == "false":
+        reader.refuse("true: torsion moves nothing but rotary inertia", "rotary_inertia")
+    each = None
+    if reader.is_mapping("modes"):
+        kinds = reader.mapping("modes").only(*(x for x in rod.strains if "shear" not in x))
+        each = {kind: kinds.whole(kind, Interval.parse("[0, 30]")) for kind in kinds.keys()}
+        if not 0 < sum(each.values()) <= MODES:
+            reader.refuse(f"1 to {MODES} modes in all", "modes")
+    return FlexibleLink(
+        name,
+        rod,
+        modes=sum(each.values()) if each else reader.whole("modes", Interval(1, MODES, True, True)),
+        each=each,
+        tip=reader.choice("tip", LINK_TIPS, default="free"),
+        tip_mass=reader.number("tip_mass", NONNEGATIVE, default=0.0),
+        rotary_inertia=rotary == "true",
+        nodes=reader.whole("nodes", Interval.parse("[3, 100]"), default=None),
+    )
 
 
 def _read_rigid_body(reader: Reader, name: str) -> RigidBody:

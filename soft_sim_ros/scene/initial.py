@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from soft_sim_ros.scene.body import Body, Rod
+from soft_sim_ros.scene.body import Body, FlexibleLink, Rod
 from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.reader import Reader, frozen
 from soft_sim_ros.scene.strains import STRAINS
@@ -19,10 +19,11 @@ STATES = ("reference", "equilibrium")
 class Initial:
     """The reference shape with offsets, or the static equilibrium found from there.
 
-    positions and velocities by joint name: a number for a joint of one coordinate (rad or m), else
-    an array in the order of ``Joint.coordinates``; the velocity of a spherical joint is the
-    angular velocity in the frame after it, of a free one the twist (angular, linear) in that
-    frame. strains by "rod/section", (6,) offsets from ξ₀, constant along the section.
+    positions and velocities by name of a joint or floating-frame link: a number for a joint of one
+    coordinate (rad or m), else an array in the order of its ``coordinates``; the velocity of a
+    spherical joint is the angular velocity in the frame after it, of a free one the twist
+    (angular, linear) in that frame. strains by "rod/section", (6,) offsets from ξ₀, constant along
+    the section.
     """
 
     state: str = "reference"
@@ -33,7 +34,8 @@ class Initial:
 
 def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
     """Read ``initial``."""
-    joints = [body for body in bodies if isinstance(body, Joint) and body.coordinates]
+    moving = [body for body in bodies if isinstance(body, (Joint, FlexibleLink))]
+    moving = [body for body in moving if body.coordinates]
     sections = {
         f"{rod.name}/{section.name}": rod.strains
         for rod in bodies
@@ -42,13 +44,15 @@ def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
     }
     reader.only("state", "positions", "velocities", "strains")
     state = reader.choice("state", STATES, default="reference")
-    positions = _read_joint_values(reader.mapping("positions"), joints)
-    for joint in joints:
+    positions = _read_joint_values(reader.mapping("positions"), moving)
+    for joint in moving:
+        if not isinstance(joint, Joint):
+            continue
         turn = np.linalg.norm(np.atleast_1d(positions.get(joint.name, 0.0))[:3])
         if joint.kind in ("spherical", "free") and turn > np.pi:
             expected = f"a rotation vector no longer than half a turn, not {turn:.4g} rad"
             reader.mapping("positions").refuse(expected, joint.name)
-    velocities = _read_joint_values(reader.mapping("velocities"), joints)
+    velocities = _read_joint_values(reader.mapping("velocities"), moving)
     strains: dict[str, Floats] = {}
     by_section = reader.mapping("strains").only(*sections)
     for name, active in sections.items():
@@ -57,16 +61,16 @@ def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
     return Initial(state, positions, velocities, strains)
 
 
-def _read_joint_values(reader: Reader, joints: list[Joint]) -> dict[str, float | Floats]:
-    reader.only(*(joint.name for joint in joints))
+def _read_joint_values(
+    reader: Reader, moving: list[Joint | FlexibleLink]
+) -> dict[str, float | Floats]:
+    reader.only(*(body.name for body in moving))
     values: dict[str, float | Floats] = {}
-    for joint in joints:
-        if reader.has(joint.name):
-            count = len(joint.coordinates)
-            one = count == 1
-            values[joint.name] = (
-                reader.number(joint.name) if one else reader.vector(joint.name, count)
-            )
+    for body in moving:
+        if reader.has(body.name):
+            count = len(body.coordinates)
+            one = count == 1 and isinstance(body, Joint)
+            values[body.name] = reader.number(body.name) if one else reader.vector(body.name, count)
     return values
 
 

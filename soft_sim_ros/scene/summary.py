@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from soft_sim_ros.scene.body import RigidBody, Rod
+from soft_sim_ros.scene.body import FlexibleLink, RigidBody, Rod
 from soft_sim_ros.scene.load_scene import Scene
 from soft_sim_ros.scene.section import Section
 
@@ -39,8 +39,14 @@ class SectionSummary(NamedTuple):
 
 def summary(scene: Scene) -> list[SectionSummary]:
     """Return one row for every section, base to tip."""
-    rods = [body for body in scene.bodies if isinstance(body, Rod)]
+    rods = elastic(scene)
     return [_row(rod, section) for rod in rods for section in rod.sections]
+
+
+def elastic(scene: Scene) -> list[Rod]:
+    """Return all rods, those of floating-frame links included, base to tip."""
+    rods = [body.rod if isinstance(body, FlexibleLink) else body for body in scene.bodies]
+    return [rod for rod in rods if isinstance(rod, Rod)]
 
 
 def total_mass(scene: Scene) -> float:

@@ -139,8 +139,8 @@ MISTAKES = [
     (
         "  - rod: arm",
         "  - rood: arm",
-        "12: bodies[1].rood = arm: expected a known key, one of rod, joint, rigid_body "
-        "(did you mean rod?)",
+        "12: bodies[1].rood = arm: expected a known key, one of rod, flexible_link, joint, "
+        "rigid_body (did you mean rod?)",
     ),
     (
         "rod: arm\n    strains",
@@ -444,7 +444,7 @@ MISTAKES = [
     (
         "  - rigid_body: payload",
         "  - {}\n  - rigid_body: payload",
-        "24: bodies[2] = {}: expected one of the keys rod, joint, rigid_body",
+        "24: bodies[2] = {}: expected one of the keys rod, flexible_link, joint, rigid_body",
     ),
     (
         "name: demo",

@@ -1,0 +1,61 @@
+"""What a floating-frame link costs and misses, beside the rod of the same data, in one run.
+
+The two scenes flexible_manipulator and floating_frame under the same torques, and the manipulator
+with only the rods' bending. Ratios of the same run; nothing here is an absolute time.
+
+    python -m benchmarks.floating
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import yaml
+
+from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.scene import load_scene, parse_scene
+
+STEPS = 500
+EFFORTS = (1.0, -0.4)  # N·m
+
+
+def bending_only() -> str:
+    """Return flexible_manipulator with two bending strains, as the links have."""
+    document = yaml.safe_load(load_scene("flexible_manipulator").source)
+    for body in document["bodies"]:
+        if "rod" in body:
+            body["strains"] = ["bend_y", "bend_z"]
+    document["numerics"]["basis"]["order"] = {"bend_y": 3, "bend_z": 3}
+    return yaml.safe_dump(document)
+
+
+def main() -> None:
+    """Measure and print."""
+    scenes = {
+        "rods": load_scene("flexible_manipulator"),
+        "rods, bending only": parse_scene(bending_only()),
+        "links": load_scene("floating_frame"),
+    }
+    best = dict.fromkeys(scenes, np.inf)
+    tips = {}
+    for _ in range(5):
+        for name, scene in scenes.items():
+            simulation = Simulation(scene)
+            simulation.set_efforts(np.array(EFFORTS))
+            simulation.advance(3)
+            begin = time.process_time()
+            simulation.advance(STEPS)
+            best[name] = min(best[name], time.process_time() - begin)
+            tips[name] = simulation.dynamics.node_poses(simulation.q)[-1][:3, 3]
+    for name, scene in scenes.items():
+        coordinates = Simulation(scene).n_coordinates
+        apart = np.linalg.norm(tips[name] - tips["rods"]) * 1e3
+        print(
+            f"{name:20s} {coordinates:3d} coordinates, cost {best[name] / best['rods']:.2f} of the "
+            f"rods', tip {apart:.2f} mm from theirs after {STEPS} steps"
+        )
+
+
+if __name__ == "__main__":
+    main()
