@@ -377,7 +377,9 @@ def _root(
     share = a / (a - b) if a != b else 0.5
     u = one.u + share * (other.u - one.u)
     exact = polish(u, one.tangent)
-    return d, u if exact is None or np.abs(exact.u - u).max() > near else exact.u
+    # what the straight line may miss; more is a corrector gone astray along what is singular
+    allowed = 100.0 * near * near + 1e-9
+    return d, u if exact is None or np.abs(exact.u - u).max() > allowed else exact.u
 
 
 def _special(curve: _Curve, u: Floats, after: int) -> SpecialPoint:

@@ -103,6 +103,23 @@ def test_a_round_column_buckles_in_every_direction_at_once():
     assert slanted.loads[-1] == pytest.approx(ellipk(k2) ** 2, rel=1e-5)
 
 
+def test_a_flat_column_buckles_about_either_axis():
+    """In space, EI of the stiff axis is 4 times the other: Euler's loads of both, in order."""
+    section = {"cross_section": {"shape": "rectangle", "width_y": 0.03, "width_z": 0.06}}
+    dynamics = rod(strains=["bend_y", "bend_z"], order=8, nodes=60, section=section)
+    weak = E * 0.06 * 0.03**3 / 12
+    path = tip_wrench(dynamics, weak / EI * PUSH)
+    branch = follow(dynamics, path, np.zeros(dynamics.n), within=(0.0, 40.0))
+    assert [point.kind for point in branch.special] == [BIFURCATION] * 3
+    found = np.array([point.load for point in branch.special])
+    np.testing.assert_allclose(found, EULER * np.array([1, 4, 9]), rtol=2e-6)
+    for point, strain in zip(branch.special, ("bend_z", "bend_y", "bend_z"), strict=True):
+        lost = point.directions[:, 0]
+        names = dynamics.compiled.coordinate_names
+        others = [abs(x) for x, name in zip(lost, names, strict=True) if strain not in name]
+        assert max(others) < 1e-6 * np.abs(lost).max()
+
+
 def test_a_strip_on_edge_tips_over_at_prandtls_load():
     """Lateral buckling of a cantilever strip: J₋₁⸝₄(F L² / 2 √(EI GJ)) = 0, about 4.013."""
     width, height = 0.01, 0.06
