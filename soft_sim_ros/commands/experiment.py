@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_sim_ros.commands.programme import Programme, ProgrammeError
+from soft_sim_ros.batch.programme import Programme, ProgrammeError
 from soft_sim_ros.commands.rerun import Rerun, recorded_scene
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.simulation import Simulation

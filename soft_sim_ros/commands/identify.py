@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from soft_sim_ros.batch.programme import Programme, read_programme
 from soft_sim_ros.commands.experiment import (
     TOPICS,
     Experiment,
@@ -17,7 +18,6 @@ from soft_sim_ros.commands.experiment import (
     Recorded,
     read_motion,
 )
-from soft_sim_ros.commands.programme import Programme, read_programme
 from soft_sim_ros.commands.progress import Line
 from soft_sim_ros.commands.shell import DONE, verb
 from soft_sim_ros.commands.warm_up import warm_up

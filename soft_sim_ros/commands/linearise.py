@@ -99,6 +99,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     table = zip(modes.values, modes.frequencies, modes.damping_ratios, strict=True)
     for s, hertz, ratio in list(table)[:SHOWN]:
         print(f"pole     {s:.4g} 1/s: {hertz:.4g} Hz, damping ratio {ratio:.3g}")
+    if dynamics.model.branch.any():
+        print("warning: Maxwell branches are left out: the system is that of the relaxed arm")
     if drifts:
         print(
             "warning: joints held by initial.positions would move by themselves; "

@@ -31,6 +31,7 @@ NEUTRAL = 1e-10  # of the largest eigenvalue: below it a direction costs no ener
 FLAT = 1e-6
 LARGEST_TURN = 0.3  # rad that the tangent may turn in one step
 MIN_STEP = 1e-7
+SHIFT = 1e-3  # of the range of λ, in difference quotients
 ITERATIONS = 12
 
 
@@ -110,8 +111,8 @@ class _Curve:
     def matrices(self, u: Floats) -> tuple[Floats, Floats, Floats]:
         """Return r, ∂r/∂(w q), ∂r/∂(λ/range) in scaled rows; exact for loads linear in λ."""
         shift = np.zeros(len(u))
-        shift[-1] = 1e-2
-        slope = (self.residual(u + shift) - self.residual(u - shift)) / 2e-2
+        shift[-1] = SHIFT
+        slope = (self.residual(u + shift) - self.residual(u - shift)) / (2.0 * SHIFT)
         residual = self.residual(u)
         stiffness = self.dynamics.last_tangent((1.0, 0.0, 0.0))
         return residual, stiffness * np.outer(self.scale[:-1], self.scale[:-1]), slope

@@ -97,7 +97,9 @@ class _Task:
             vector = np.concatenate([point.error[-3:], np.zeros(3)])
             turn = np.linalg.inv(se3.right_tangent(vector))[:3, :3]
             rows.append(turn @ twist.tip[:3])
-        return np.vstack(rows), np.abs(twist.q * self.dynamics.model.weight[:, None]).max(axis=0)
+        reach = np.abs(twist.q * self.dynamics.model.weight[:, None]).max(axis=0)
+        # a slack tendon moves nothing: its step is bounded by the others'
+        return np.vstack(rows), np.maximum(reach, 1e-9 * (reach.max() or 1.0))
 
     def result(self, point: _Point) -> Reach:
         split = 3 if self.position is not None else 0
@@ -269,14 +271,14 @@ def _bounded_step(
     matrix: Floats, right: Floats, task: _Task, efforts: Floats, reach: Floats, radius: float
 ) -> Floats:
     """Return argmin |matrix δ − right| within limits and trust region; reach: see sensitivities."""
-    room = radius / np.maximum(reach, 1e-300)
+    room = radius / reach
     low = np.maximum(task.bounds[0] - efforts, -room)
     high = np.minimum(task.bounds[1] - efforts, room)
     free = high > low
     step = np.zeros(len(efforts))
     if free.any():
         # in units in which every effort moves the arm alike
-        unit = 1.0 / np.maximum(reach[free], 1e-300)
+        unit = 1.0 / reach[free]
         scaled = lsq_linear(
             matrix[:, free] * unit, right, (low[free] / unit, high[free] / unit), tol=1e-14
         )
@@ -328,7 +330,7 @@ def _ease(task: _Task, point: _Point) -> _Point:
         cost = float(np.linalg.norm(task.weights * point.efforts))
         slope, reach = task.sensitivities(point)
         # keeping the target counts far more than the effort
-        stress = 1e5 * np.linalg.norm(task.weights / np.maximum(reach, 1e-300))
+        stress = 1e5 * np.linalg.norm(task.weights / reach)
         matrix = np.vstack([stress * slope, np.diag(task.weights)])
         right = np.concatenate([stress * point.error, -task.weights * point.efforts])
         eased = None
