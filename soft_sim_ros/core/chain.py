@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
@@ -15,7 +15,7 @@ from ..scene.strains import STRAINS
 from . import se3
 from .bases import ElementBasis, get_basis
 from .model import Floats
-from .quadrature import gauss, lobatto
+from .quadrature import composite, gauss, lobatto
 
 if TYPE_CHECKING:
     from .link import LinkMap
@@ -67,10 +67,24 @@ class Element:
     @property
     def nodes(self) -> int:
         """Gauss–Lobatto nodes along the element."""
+        if self.basis.nodes:
+            return self.basis.nodes
         begin, end = self.span
-        curvature = self.section.strain0(self.normalised(np.linspace(begin, end, 21)))[:, :3]
-        turn = float(np.linalg.norm(curvature, axis=1).max()) * (end - begin)
-        return self.basis.nodes or default_nodes(self.basis, turn, self.winding * (end - begin))
+        s = np.linspace(begin, end, 101)
+        turn = float(np.linalg.norm(self.section.strain0(self.normalised(s))[:, :3], axis=1).max())
+        length = end - begin
+        pieces = len(self.marks(begin, end)) - 1
+        return default_nodes(self.basis, turn * length, self.winding * length) + pieces - 1
+
+    def marks(self, begin: float, end: float) -> list[float]:
+        """Return two arc lengths, and between them those where the section is not smooth."""
+        if not self.section.knots:
+            return [begin, end]
+        first, last = self.section_span
+        knots = first + (last - first) * np.array(self.section.knots)
+        slack = 1e-9 * (last - first)
+        inner = knots[(knots > begin + slack) & (knots < end - slack)]
+        return [begin, *inner.tolist(), end]
 
     def values(self, component_columns: tuple[int, int, int], s: Floats) -> Floats:
         """Return basis values (len(s), count) of one strain at arc lengths s of the rod."""
@@ -93,12 +107,14 @@ class Element:
         segment = Segment(
             half=0.5 * h,
             kappa=math.sqrt(3.0) * h * h / 12.0,
-            xi0=project_linear(lambda s: self.section.strain0(self.normalised(s)), begin, end),
+            xi0=project_linear(
+                lambda s: self.section.strain0(self.normalised(s)), self.marks(begin, end)
+            ),
             span=(begin, end),
         )
         for columns in self.columns:
             _, first, count = columns
-            phi = project_linear(partial(self.values, columns), begin, end)
+            phi = project_linear(partial(self.values, columns), (begin, end))
             segment.entries += [
                 (first + j, columns[0], phi[0, j], phi[1, j])
                 for j in range(count)
@@ -107,17 +123,20 @@ class Element:
         return segment
 
 
-def project_linear(function: Callable[[Floats], Floats], begin: float, end: float) -> Floats:
+def project_linear(function: Callable[[Floats], Floats], marks: Sequence[float]) -> Floats:
     """Return the values (2, m) at the two Gauss points of the best linear fit to a function (N, m).
+
+    The function is smooth between neighbours of ``marks``; first and last are the ends.
 
     Its mean and first moment are all that a fourth-order Magnus step sees. Taking them exactly,
     instead of point values, makes the step exact for strains that commute, whatever their degree:
     planar bending, twist, stretch of a straight rod.
     """
-    x, w = PROJECTION
-    values = function(begin + (end - begin) * x)
+    s, w = composite(PROJECTION, marks)
+    values = function(s)
+    w /= marks[-1] - marks[0]
     mean = w @ values
-    moment = (w * (x - 0.5)) @ values
+    moment = (w * (s - marks[0]) / (marks[-1] - marks[0]) - 0.5 * w) @ values
     return np.stack([mean - 2.0 * math.sqrt(3.0) * moment, mean + 2.0 * math.sqrt(3.0) * moment])
 
 
@@ -260,6 +279,7 @@ class Chain:
         for i, section in enumerate(rod.sections):
             begin, end = rod.boundaries[i], rod.boundaries[i + 1]
             marks = set(np.linspace(begin, end, basis.elements + 1).tolist())
+            marks |= {begin + (end - begin) * x for x in section.kinks}
             marks |= {s for s in cuts if begin < s < end}
             ends = _merge(sorted(marks), 1e-9 * rod.length)
             ends[0], ends[-1] = begin, end
@@ -375,22 +395,21 @@ def default_nodes(basis: Basis, turn: float = 0.0, winding: float = 0.0) -> int:
 def block_matrices(elements: list[Element], count: int) -> tuple[Floats, Floats, Floats]:
     """Return ∫ Φᵀ H Φ ds (the linear part), ∫ Φᵀ Γ Φ ds and that of the branch (count, count).
 
-    Exact where stiffness and damping are polynomials of degree 8 at most.
+    Exact where stiffness and damping are piecewise polynomials of degree 8 at most.
     """
     matrices = np.zeros((3, count, count))
     base = min((c[1] for c in elements[0].columns), default=0)
     for element in elements:
         begin, end = element.span
         top = max((c[2] for c in element.columns), default=1)
-        x, w = gauss(top + 5)
-        s = begin + (end - begin) * x
+        s, w = composite(gauss(top + 5), element.marks(begin, end))
         section, at = element.section, element.normalised(s)
         laws = (section.linear_stiffness(at), section.damping(at), section.branch(at))
         for columns in element.columns:
             component, first, number = columns
             phi = element.values(columns, s)
             own = slice(first - base, first - base + number)
-            weights = (end - begin) * w[:, None]
+            weights = w[:, None]
             for matrix, law in zip(matrices, laws, strict=True):
                 matrix[own, own] += phi.T @ (weights * law[:, component, None] * phi)
     return matrices[0], matrices[1], matrices[2]

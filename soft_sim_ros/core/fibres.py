@@ -8,7 +8,7 @@ from ..scene.law import Law, Rivlin
 from .arrays import floats, ints
 from .chain import Chain, Element
 from .model import Fibres, Floats, Ints
-from .quadrature import gauss
+from .quadrature import composite, gauss
 
 COMPONENTS = 4  # torsion, bending, stretch: shear stays linear
 # Gauss points more than coordinates of one strain, as for the linear law (chain.block_matrices)
@@ -57,13 +57,13 @@ def _stations(
 ) -> list[tuple[float, float, list[tuple[int, int, float]]]]:
     """Return arc length, weight in m and entries of the Gauss points of an element."""
     begin, end = element.span
-    x, w = gauss(max(c[2] for c in columns) + EXTRA)
-    s = begin + (end - begin) * x
+    rule = gauss(max(c[2] for c in columns) + EXTRA)
+    s, w = composite(rule, element.marks(begin, end))
     values = [(c, element.values(c, s)) for c in columns]
     return [
         (
             s[i],
-            (end - begin) * w[i],
+            w[i],
             [(c[1] + j, c[0], phi[i, j]) for c, phi in values for j in range(c[2]) if phi[i, j]],
         )
         for i in range(len(s))

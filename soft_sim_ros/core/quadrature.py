@@ -1,5 +1,7 @@
 """Quadrature rules on [0, 1]."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.polynomial import Legendre
 from numpy.polynomial.legendre import leggauss, legvander
@@ -41,3 +43,10 @@ def derivative(x: Floats) -> Floats:
     t, count = 2.0 * x - 1.0, len(x)
     slopes = [2.0 * Legendre.basis(j).deriv()(t) for j in range(count)]
     return np.linalg.solve(legvander(t, count - 1).T, np.array(slopes)).T
+
+
+def composite(rule: tuple[Floats, Floats], marks: Sequence[float]) -> tuple[Floats, Floats]:
+    """Return points and weights of a rule repeated between neighbours of rising marks (N + 1,)."""
+    x, w = rule
+    begin, step = np.asarray(marks)[:-1, None], np.diff(marks)[:, None]
+    return (begin + step * x).ravel(), (step * w).ravel()

@@ -16,6 +16,7 @@ from soft_sim_ros.scene.load_scene import Scene, load_scene, packaged_scenes, pa
 from soft_sim_ros.scene.material import Material, Maxwell
 from soft_sim_ros.scene.numerics import BASES, INTEGRATORS, Basis, Numerics
 from soft_sim_ros.scene.pose import Pose
+from soft_sim_ros.scene.profile import register_profile
 from soft_sim_ros.scene.reference import Reference
 from soft_sim_ros.scene.section import Section
 from soft_sim_ros.scene.strains import STRAINS
@@ -27,5 +28,5 @@ __all__ = [
     "Initial", "Joint", "JointActuator", "Load", "Material", "Maxwell", "MomentActuator",
     "Numerics", "PointLoad", "Pose", "Reference", "RigidBody", "Rivlin", "Rod", "Scene",
     "Schedule", "Section", "SectionSummary", "TendonActuator", "load_scene", "packaged_scenes",
-    "parse_scene", "register_law", "summary", "total_mass",
+    "parse_scene", "register_law", "register_profile", "summary", "total_mass",
 ]  # fmt: skip

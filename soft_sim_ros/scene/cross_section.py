@@ -13,8 +13,9 @@ from typing import Protocol
 import numpy as np
 
 from soft_sim_ros.scene.interval import POSITIVE
+from soft_sim_ros.scene.profile import CHECKED, Profile
 from soft_sim_ros.scene.reader import Reader
-from soft_sim_ros.scene.taper import Floats, Taper
+from soft_sim_ros.scene.taper import Floats
 
 Pair = tuple[Floats, Floats]
 
@@ -58,7 +59,7 @@ def ring(inner: Floats, outer: Floats) -> Floats:
 class Circle:
     """A full circle; radius in m."""
 
-    radius: Taper
+    radius: Profile
 
     def area(self, x: Floats) -> Floats:  # noqa: D102
         return np.pi * self.radius(x) ** 2
@@ -82,8 +83,8 @@ class Circle:
 class Annulus:
     """A tube; outer and inner radius in m."""
 
-    outer: Taper
-    inner: Taper
+    outer: Profile
+    inner: Profile
 
     def area(self, x: Floats) -> Floats:  # noqa: D102
         return np.pi * (self.outer(x) ** 2 - self.inner(x) ** 2)
@@ -109,8 +110,8 @@ class Annulus:
 class Rectangle:
     """A rectangle; full widths along the section's y and z axes in m."""
 
-    width_y: Taper
-    width_z: Taper
+    width_y: Profile
+    width_z: Profile
 
     def area(self, x: Floats) -> Floats:  # noqa: D102
         return self.width_y(x) * self.width_z(x)
@@ -154,8 +155,8 @@ _SUM_OF_ODD_INVERSE_FIFTHS = 31 / 32 * 1.0369277551433699263  # (1 - 2⁻⁵)·�
 class Ellipse:
     """An ellipse; semi-axes along the section's y and z axes in m."""
 
-    semi_axis_y: Taper
-    semi_axis_z: Taper
+    semi_axis_y: Profile
+    semi_axis_z: Profile
 
     def area(self, x: Floats) -> Floats:  # noqa: D102
         return np.pi * self.semi_axis_y(x) * self.semi_axis_z(x)
@@ -193,18 +194,22 @@ DIMENSIONS = {
 }
 
 
-def read_cross_section(reader: Reader) -> CrossSection:
-    """Read ``cross_section`` of a section: ``shape`` and its dimensions."""
+def read_cross_section(reader: Reader, length: float) -> CrossSection:
+    """Read ``cross_section`` of a section of a length in m: ``shape`` and its dimensions."""
     reader.one_of(("shape",))
     shape = reader.choice("shape", DIMENSIONS)
     reader.only("shape", *DIMENSIONS[shape])
+    first, *others = (reader.profile(key, length, POSITIVE) for key in DIMENSIONS[shape])
     if shape == "circle":
-        return Circle(reader.taper("radius", POSITIVE))
+        return Circle(first)
     if shape == "annulus":
-        tube = Annulus(reader.taper("outer", POSITIVE), reader.taper("inner", POSITIVE))
-        if tube.inner.start >= tube.outer.start or tube.inner.end >= tube.outer.end:
+        tube = Annulus(first, *others)
+        if np.any(tube.inner(CHECKED) >= tube.outer(CHECKED)):
             reader.refuse("inner radii smaller than the outer ones", "inner")
         return tube
-    if shape == "rectangle":
-        return Rectangle(reader.taper("width_y", POSITIVE), reader.taper("width_z", POSITIVE))
-    return Ellipse(reader.taper("semi_axis_y", POSITIVE), reader.taper("semi_axis_z", POSITIVE))
+    return Rectangle(first, *others) if shape == "rectangle" else Ellipse(first, *others)
+
+
+def dimensions(cross_section: CrossSection) -> list[Profile]:
+    """Return the dimensions of a cross-section."""
+    return list(vars(cross_section).values())

@@ -6,7 +6,7 @@ The tree stops short of Python values: YAML 1.1 would read ``1e6`` as text, ``1:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import yaml
@@ -31,11 +31,15 @@ class _Loader(yaml.SafeLoader):
 
 @dataclass(frozen=True)
 class Document:
-    """A text, the name of its file, and the root of its YAML tree."""
+    """A text, the name of its file, and the root of its YAML tree.
+
+    ``inlined`` is what stands for parts of the text that name other files: begin → (end, text).
+    """
 
     file: str
     text: str
     root: yaml.Node
+    inlined: dict[int, tuple[int, str]] = field(default_factory=dict)
 
     @staticmethod
     def parse(text: str, file: str) -> Document:
@@ -53,6 +57,16 @@ class Document:
         if root is None:
             raise SceneError(file, "", None, "a mapping with the key 'bodies', not an empty file")
         return Document(file, text, root)
+
+    @property
+    def source(self) -> str:
+        """The text with the content of other files put in their place: it means the same alone."""
+        text = self.text
+        for begin in sorted(self.inlined, reverse=True):
+            end, content = self.inlined[begin]
+            written = text[begin:end]
+            text = text[:begin] + content + written[len(written.rstrip()) :] + text[end:]
+        return text
 
     def quote(self, node: yaml.Node) -> str:
         """Return what was written for a node, cut after its first line."""

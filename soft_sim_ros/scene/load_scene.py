@@ -29,7 +29,8 @@ class Scene:
     """Everything a person writes down to have an arm simulated; SI units.
 
     gravity (3,) in m/s², world frame; base: pose of the first body in the world frame; bodies:
-    the chain, base to tip; source: the YAML text; file: where it came from.
+    the chain, base to tip; source: the YAML text, tables from other files put in; file: where it
+    came from.
     """
 
     name: str
@@ -92,7 +93,7 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         loads=read_loads(reader.entries("loads"), bodies),
         initial=read_initial(reader.mapping("initial"), bodies),
         numerics=read_numerics(reader.mapping("numerics"), bodies),
-        source=text,
+        source=document.source,
         file=file,
     )
 

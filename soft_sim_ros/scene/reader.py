@@ -21,6 +21,7 @@ import yaml
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene.document import MERGE, Document, is_null
 from soft_sim_ros.scene.interval import FINITE, Interval
+from soft_sim_ros.scene.profile import Profile, read_profile
 from soft_sim_ros.scene.taper import Floats, Taper
 from soft_sim_ros.scene.words import NAME, misspelt, nearest, to_number
 
@@ -122,15 +123,26 @@ class Reader:
         node = self._find(key, default, f"a {within} or a pair [start, end] of them")
         return Taper(default, default) if node is None else self._taper(node, within, self._at(key))
 
-    def tapers(self, key: str, size: int, default: float) -> tuple[Taper, ...]:
-        """Return a list whose entries are numbers or pairs [start, end]."""
+    def profile(
+        self, key: str, length: float, within: Interval = FINITE, default: Any = REQUIRED
+    ) -> Profile:
+        """Return a quantity along a section of a length in m: as a taper, or a mapping."""
+        node = self._find(key, default, f"a {within} or a pair [start, end] of them")
+        if node is None:
+            return Taper(default, default)
+        return self._profile(node, length, within, self._at(key))
+
+    def profiles(
+        self, key: str, size: int, length: float, within: Interval = FINITE, default: Any = REQUIRED
+    ) -> tuple[Profile, ...]:
+        """Return a list of quantities along a section of a length in m."""
         expected = f"a list of {size} entries, each a number or a pair [start, end]"
         node = self._find(key, default, expected)
         if node is None:
             return (Taper(default, default),) * size
         items = self._items(node, size, expected, self._at(key))
         path = self._at(key)
-        return tuple(self._taper(n, FINITE, f"{path}[{i}]") for i, n in enumerate(items))
+        return tuple(self._profile(n, length, within, f"{path}[{i}]") for i, n in enumerate(items))
 
     def word(self, key: str, default: Any = REQUIRED, expected: str = "a text") -> Any:
         """Return a text."""
@@ -216,6 +228,11 @@ class Reader:
         """Tell whether the value of a key is a mapping."""
         return self.has(key) and isinstance(self._pairs[key][1], yaml.MappingNode)
 
+    def inline(self, content: str) -> None:
+        """Have the source of the scene say ``content`` where this mapping names a file."""
+        begin, end = self.node.start_mark.index, self.node.end_mark.index
+        self.document.inlined[begin] = (end, content)
+
     # -- refusing --------------------------------------------------------------------------
 
     def refuse(self, expected: str, key: str | None = None, value: object = None) -> NoReturn:
@@ -279,6 +296,11 @@ class Reader:
         if math.isnan(value) or value not in within:
             self._refuse_node(node, path, f"a {within}")
         return value
+
+    def _profile(self, node: yaml.Node, length: float, within: Interval, path: str) -> Profile:
+        if isinstance(node, yaml.MappingNode):
+            return read_profile(Reader(self.document, node, path), length, within)
+        return self._taper(node, within, path)
 
     def _taper(self, node: yaml.Node, within: Interval, path: str) -> Taper:
         if not isinstance(node, yaml.SequenceNode):

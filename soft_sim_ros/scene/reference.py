@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from soft_sim_ros.scene.centre_line import read_centre_line
 from soft_sim_ros.scene.interval import POSITIVE
+from soft_sim_ros.scene.profile import Profile
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats, Taper
 
@@ -17,20 +19,28 @@ ZERO, ONE = Taper(0.0, 0.0), Taper(1.0, 1.0)
 class Reference:
     """Reference strains of a section: curvature K_x K_y K_z in 1/m, stretch Γ_x, shear Γ_y Γ_z."""
 
-    curvature: tuple[Taper, ...] = (ZERO, ZERO, ZERO)
-    stretch: Taper = ONE
-    shear: tuple[Taper, ...] = (ZERO, ZERO)
+    curvature: tuple[Profile, ...] = (ZERO, ZERO, ZERO)
+    stretch: Profile = ONE
+    shear: tuple[Profile, ...] = (ZERO, ZERO)
+
+    @property
+    def profiles(self) -> tuple[Profile, ...]:
+        """The six strains in the order of STRAINS."""
+        return (*self.curvature, self.stretch, *self.shear)
 
     def strain(self, x: Floats) -> Floats:
         """Return ξ₀ (…, 6) at normalised arc lengths x (…)."""
-        return np.stack([t(x) for t in (*self.curvature, self.stretch, *self.shear)], axis=-1)
+        return np.stack([profile(x) for profile in self.profiles], axis=-1)
 
 
-def read_reference(reader: Reader) -> Reference:
-    """Read ``reference`` of a section; what is absent is straight."""
-    reader.only("curvature", "stretch", "shear")
+def read_reference(reader: Reader, length: float) -> Reference:
+    """Read ``reference`` of a section of a length in m; what is absent is straight."""
+    if reader.has("centre_line"):
+        reader.only("centre_line")
+        return Reference(*read_centre_line(reader.mapping("centre_line"), length))
+    reader.only("curvature", "stretch", "shear", "centre_line")
     return Reference(
-        curvature=reader.tapers("curvature", 3, default=0.0),
-        stretch=reader.taper("stretch", POSITIVE, default=1.0),
-        shear=reader.tapers("shear", 2, default=0.0),
+        curvature=reader.profiles("curvature", 3, length, default=0.0),
+        stretch=reader.profile("stretch", length, POSITIVE, default=1.0),
+        shear=reader.profiles("shear", 2, length, default=0.0),
     )

@@ -7,13 +7,15 @@ replaces the elastic part of torsion, bending and stretch by the sum over its fi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from soft_sim_ros.scene.cross_section import CrossSection, read_cross_section
+from soft_sim_ros.scene.cross_section import CrossSection, dimensions, read_cross_section
+from soft_sim_ros.scene.given import GIVEN, Given, read_given
 from soft_sim_ros.scene.interval import POSITIVE
 from soft_sim_ros.scene.material import Material
+from soft_sim_ros.scene.profile import CHECKED, Profile
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.reference import Reference, read_reference
 from soft_sim_ros.scene.rod_model import COSSERAT, RodModel
@@ -23,7 +25,7 @@ from soft_sim_ros.scene.taper import Floats
 
 @dataclass(frozen=True)
 class Section:
-    """Length in m, material, cross-section, reference shape and the model of its rod.
+    """Length in m, material, cross-section, reference shape, model of its rod, data given instead.
 
     All functions take normalised arc lengths x (…) in [0, 1]. ``shear_correction`` (k_y, k_z)
     overrides the factors of the cross-section.
@@ -36,10 +38,29 @@ class Section:
     reference: Reference = Reference()
     shear_correction: tuple[float, float] | None = None
     model: RodModel = COSSERAT
+    given: Given = field(default_factory=Given)
+
+    @property
+    def profiles(self) -> list[Profile]:
+        """Everything that varies along the section."""
+        return [
+            *dimensions(self.cross_section), *self.reference.profiles, *self.given.profiles,
+        ]  # fmt: skip
+
+    @property
+    def knots(self) -> tuple[float, ...]:
+        """Places x in (0, 1) where a derivative of the data jumps: quadrature stops there."""
+        return tuple(sorted({x for profile in self.profiles for x in profile.knots}))
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Places x in (0, 1) where the slope of the data jumps: the rod is cut there."""
+        return tuple(sorted({x for profile in self.profiles for x in profile.kinks}))
 
     def stiffness(self, x: Floats) -> Floats:
         """Return (…, 6): G·I_t, E·I_y, E·I_z in N·m², E·A, k_y·G·A, k_z·G·A in N, at rest."""
-        return self._law(x, self.material.young_modulus, self.material.shear_modulus)
+        law = self._law(x, self.material.young_modulus, self.material.shear_modulus)
+        return self._limp(self.given.put(law, self.given.stiffness, x))
 
     def linear_stiffness(self, x: Floats) -> Floats:
         """Return the stiffness (…, 6) without what the fibres of a law contribute."""
@@ -50,7 +71,8 @@ class Section:
 
     def damping(self, x: Floats) -> Floats:
         """Return (…, 6): Kelvin–Voigt damping, laid out as the stiffness, N·m²·s and N·s."""
-        return self._law(x, self.material.axial_viscosity, self.material.viscosity)
+        law = self._law(x, self.material.axial_viscosity, self.material.viscosity)
+        return self._limp(self.given.put(law, self.given.damping, x))
 
     def branch(self, x: Floats) -> Floats:
         """Return the stiffness (…, 6) of the Maxwell branch, laid out as the stiffness."""
@@ -65,9 +87,11 @@ class Section:
         x = np.asarray(x, dtype=float)
         about_y, about_z = self.cross_section.second_moments(x)
         area = self.cross_section.area(x)
+        rows = [area, about_y + about_z, about_y, about_z]
+        inertia = self.material.density * np.stack(rows, axis=-1)
+        self.given.put(inertia, self.given.inertia, x)
         tilt, turn = self.model.rotary
-        rows = [area, turn * (about_y + about_z), tilt * about_y, tilt * about_z]
-        return self.material.density * np.stack(rows, axis=-1)
+        return inertia * [True, turn, tilt, tilt]
 
     def drag(self, x: Floats) -> Floats:
         """Return (…, 4) Rayleigh's α times the inertia: kg/(m·s) and kg·m/s."""
@@ -104,7 +128,10 @@ class Section:
         ky, kz = self.shear_factors(x)
         twist = shear * self.cross_section.torsion_constant(x)
         rows = [twist, axial * about_y, axial * about_z, axial * area]
-        law = np.stack([*rows, ky * shear * area, kz * shear * area], axis=-1)
+        return np.stack([*rows, ky * shear * area, kz * shear * area], axis=-1)
+
+    def _limp(self, law: Floats) -> Floats:
+        """Take out of a law what the model of the rod has none of."""
         law[..., [STRAINS.index(strain) for strain in self.model.limp]] = 0.0
         return law
 
@@ -117,19 +144,25 @@ def read_section(
     taken: set[str],
 ) -> Section:
     """Read one entry of ``sections`` of a rod of a model with some active strains."""
-    reader.only("name", "length", "material", "cross_section", "reference", "shear_correction")
+    reader.only(
+        "name", "length", "material", "cross_section", "reference", "shear_correction", *GIVEN
+    )
+    length = reader.number("length", POSITIVE)
     section = Section(
         name=reader.name("name", taken=taken),
-        length=reader.number("length", POSITIVE),
+        length=length,
         material=materials[reader.reference("material", materials, "material")],
-        cross_section=read_cross_section(reader.mapping("cross_section", required=True)),
-        reference=read_reference(reader.mapping("reference")),
+        cross_section=read_cross_section(reader.mapping("cross_section", required=True), length),
+        reference=read_reference(reader.mapping("reference"), length),
         shear_correction=_read_shear_correction(reader),
         model=model,
+        given=read_given(reader, length),
     )
     if model.is_limp and section.material.law is not None:
         what = f"a material without a law: a {model.name} has no bending stiffness"
         reader.refuse(what, "material")
+    if section.given.stiffness and section.material.law is not None:
+        reader.refuse("no such key: the law of the material says how stiff it is", "stiffness")
     _check_representable(reader, section, strains)
     return section
 
@@ -147,8 +180,8 @@ def _read_shear_correction(reader: Reader) -> tuple[float, float] | None:
 def _check_representable(reader: Reader, section: Section, strains: tuple[str, ...]) -> None:
     """Refuse stiffnesses and inertias that vanish or overflow in floating-point numbers."""
     with np.errstate(all="ignore"):
-        ends = np.array([0.0, 1.0])
-        stiffness, inertia = section.stiffness(ends), section.inertia(ends)
+        places = np.union1d(CHECKED, section.knots)
+        stiffness, inertia = section.stiffness(places), section.inertia(places)
     for name in (strain for strain in strains if strain not in section.model.limp):
         for value in stiffness[:, STRAINS.index(name)]:
             if not (value > np.finfo(float).tiny and np.isfinite(value)):

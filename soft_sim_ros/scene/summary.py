@@ -8,6 +8,7 @@ import numpy as np
 
 from soft_sim_ros.scene.body import FlexibleLink, RigidBody, Rod
 from soft_sim_ros.scene.load_scene import Scene
+from soft_sim_ros.scene.profile import CHECKED
 from soft_sim_ros.scene.section import Section
 
 Ends = tuple[float, float]
@@ -55,13 +56,20 @@ def total_mass(scene: Scene) -> float:
     return rigid + sum(row.mass for row in summary(scene))
 
 
+def _integral(section: Section) -> float:
+    """Return the mean mass per length in kg/m: Gauss's rule between the knots of the data."""
+    marks = np.array([0.0, *section.knots, 1.0])
+    point, weight = np.polynomial.legendre.leggauss(20)
+    x = marks[:-1, None] + np.diff(marks)[:, None] * 0.5 * (1.0 + point)
+    return float(np.diff(marks) @ (section.inertia(x)[..., 0] @ (0.5 * weight)))
+
+
 def _row(rod: Rod, section: Section) -> SectionSummary:
-    x = np.array([0.0, 0.5, 1.0])
-    torsion, bend_y, bend_z, stretch, shear_y, shear_z = section.stiffness(x)[[0, 2]].T.tolist()
-    about_y, about_z = section.cross_section.second_moments(x)
-    gyration = np.sqrt(np.minimum(about_y, about_z) / section.cross_section.area(x))
-    # The area is a quadratic function of x, for which Simpson's rule is exact.
-    mass = section.length * float(section.inertia(x)[:, 0] @ [1 / 6, 4 / 6, 1 / 6])
+    ends = np.array([0.0, 1.0])
+    torsion, bend_y, bend_z, stretch, shear_y, shear_z = section.stiffness(ends).T.tolist()
+    about_y, about_z = section.cross_section.second_moments(CHECKED)
+    gyration = np.sqrt(np.minimum(about_y, about_z) / section.cross_section.area(CHECKED))
+    mass = section.length * _integral(section)
     return SectionSummary(
         rod=rod.name,
         section=section.name,

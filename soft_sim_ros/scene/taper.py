@@ -17,6 +17,16 @@ class Taper:
     start: float
     end: float
 
+    @property
+    def knots(self) -> tuple[float, ...]:
+        """Places in (0, 1) where a derivative jumps: none."""
+        return ()
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Places in (0, 1) where the slope jumps: none."""
+        return ()
+
     def __call__(self, x: Floats) -> Floats:
         """Return the values at normalised arc lengths x in [0, 1], same shape as x."""
         x = np.asarray(x, dtype=float)

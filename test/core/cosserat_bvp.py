@@ -22,17 +22,20 @@ def solve_rod(
 ):
     """Return tip position (3,) and tip rotation matrix of a rod clamped at the origin along x.
 
-    stiffness (6,) and strain0(s) -> (6,) of [K, Γ]; loads in world axes, density_force in N/m.
+    stiffness (6,) or stiffness(s) -> (6,), and strain0(s) -> (6,) of [K, Γ]; loads in world axes,
+    density_force in N/m, a constant or a function density_force(s).
     """
-    body = np.asarray(density_force, dtype=float)[:, None]
+    body = density_force if callable(density_force) else lambda s: density_force
+    law = stiffness if callable(stiffness) else lambda s: stiffness
     force, moment = np.asarray(tip_force, dtype=float), np.asarray(tip_moment, dtype=float)
-    hr, hd = np.asarray(stiffness[:3])[:, None], np.asarray(stiffness[3:])[:, None]
 
     def rates(s, y, share):
         quaternion = y[3:7] / np.linalg.norm(y[3:7], axis=0)
         turn = Rotation.from_quat(quaternion.T).as_matrix().transpose(1, 2, 0)
         m, n = y[7:10], y[10:13]
         rest = np.array([strain0(x) for x in s]).T
+        hr, hd = np.split(np.array([law(x) for x in s]).T, 2)
+        weight = np.array([body(x) for x in s], dtype=float).T
         curvature = np.einsum("jik,jk->ik", turn, m) / hr + rest[:3]
         stretch = np.einsum("jik,jk->ik", turn, n) / hd + rest[3:]
         tangent = np.einsum("ijk,jk->ik", turn, stretch)
@@ -45,7 +48,7 @@ def solve_rod(
             -x * kx - yq * ky - z * kz,
         ])  # fmt: skip
         dm = -np.cross(tangent.T, n.T).T
-        return np.vstack([tangent, spin, dm, np.broadcast_to(-share * body, n.shape)])
+        return np.vstack([tangent, spin, dm, -share * weight])
 
     s = np.linspace(0.0, length, 41)
     y = np.zeros((13, len(s)))
