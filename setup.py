@@ -19,6 +19,7 @@ VERBS = (
     "rollout",
     "linearise",
     "identify",
+    "derive",
     "demo",
 )
 
@@ -38,7 +39,10 @@ EXTRAS = {
     "ros": ["ros-jazzy-rclpy[fastrtps]>=7.1.6,<7.2", "ros-jazzy-common-interfaces>=5.3.6,<5.4"],
     # Batches over many machines.
     "batch": ["distributed>=2023.12,<2027"],
+    # scalar equations by computer algebra: the verb `derive`
+    "derive": ["sympy>=1.12,<2"],
     "test": [
+        "sympy>=1.12,<2",
         "distributed>=2023.12,<2027",
         "colcon-common-extensions>=0.3,<0.4",
         "setuptools>=68,<80",  # what colcon drives, which later ones no longer have

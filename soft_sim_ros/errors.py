@@ -248,3 +248,44 @@ class NoSuchPlace(SoftSimError):
     def __str__(self) -> str:
         """Put both in a sentence."""
         return f"{self.asked!r}: expected {self.expected}"
+
+
+class MissingExtra(SoftSimError):
+    """Something optional is asked for, and the package it needs is not installed.
+
+    Parameters
+    ----------
+    what : what was asked for
+    package : name of the missing package
+    extra : name of our extra that brings it
+    """
+
+    def __init__(self, what: str, package: str, extra: str) -> None:
+        super().__init__(what, package, extra)
+        self.what, self.package, self.extra = what, package, extra
+
+    def __str__(self) -> str:
+        """Say how to get it."""
+        return (
+            f"{self.what} needs {self.package}, which is not installed: "
+            f"pip install 'soft_sim_ros[{self.extra}]', or apt install python3-{self.package}"
+        )
+
+
+class DeriveError(SoftSimError):
+    """Equations cannot be derived from what is asked for.
+
+    Parameters
+    ----------
+    key : the option
+    value : what it says
+    expected : what it should say
+    """
+
+    def __init__(self, key: str, value: object, expected: str) -> None:
+        super().__init__(key, value, expected)
+        self.key, self.value, self.expected = key, value, expected
+
+    def __str__(self) -> str:
+        """Put it in a sentence."""
+        return f"{self.key} = {self.value!r}: expected {self.expected}"

@@ -10,5 +10,6 @@ VERBS = {
     "rollout": "simulate as fast as possible into a recording, without ROS",
     "linearise": "write A, B, C, D of an equilibrium for scipy.signal and python-control",
     "identify": "fit numbers of a scene, such as stiffness or damping, to a recorded motion",
+    "derive": "derive scalar equations of motion of a rod, as text, LaTeX and numpy",
     "demo": "simulate, drive over ROS topics, record, replay, re-simulate and summarise",
 }

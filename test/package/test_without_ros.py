@@ -14,7 +14,7 @@ MODULES = (
     "soft_sim_ros.report",
     *(
         f"soft_sim_ros.commands.{v}"
-        for v in ("check", "recover", "report", "rerun", "rollout", "linearise", "identify")
+        for v in ("check", "recover", "report", "rerun", "rollout", "linearise", "identify", "derive")
     ),
 )
 
