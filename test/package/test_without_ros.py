@@ -14,7 +14,16 @@ MODULES = (
     "soft_sim_ros.report",
     *(
         f"soft_sim_ros.commands.{v}"
-        for v in ("check", "recover", "report", "rerun", "rollout", "linearise", "identify", "derive")
+        for v in (
+            "check",
+            "recover",
+            "report",
+            "rerun",
+            "rollout",
+            "linearise",
+            "identify",
+            "derive",
+        )
     ),
 )
 
