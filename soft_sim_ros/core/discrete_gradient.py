@@ -107,7 +107,7 @@ class DiscreteGradient:
         one = (
             energy - self._energy,
             float(efforts @ ports + outside @ move),
-            float(move @ problem.damping @ move) / h,
+            float(move @ problem.damping(move) @ move) / h,
         )
         self.balance = Balance(*(a + b for a, b in zip(self.balance, one, strict=True)))
         self.q, self.p, self._energy = q, p, energy
@@ -126,11 +126,14 @@ class _Step:
         self.system, self.dynamics = motion.system, motion.system.dynamics
         self.q, self.p, self.time, self.h = motion.q, motion.p, motion.time, h
         self.efforts, self.tau = efforts, tau
-        self.damping = self.dynamics.damping_matrix()
         self.stiffness = self.dynamics.stiffness_matrix()
         self.start = motion._energy - self._port_work(self.q)
         self.scale = 0.0
         self._zero = np.zeros(len(self.q))
+
+    def damping(self, move: Floats) -> Floats:
+        """Return R (n, n) at the midpoint."""
+        return self.dynamics.damping_matrix(self.q + 0.5 * move)
 
     def port_position(self, q: Floats) -> Floats:
         """Return the positions (A,) of the actuator ports."""
@@ -163,11 +166,12 @@ class _Step:
         )
         mean = mass @ v
         slope = statics - coriolis.T @ v
-        left = 2.0 / h * (mean - self.p) + slope + self.damping @ v - self.tau
+        damping = self.damping(move)
+        left = 2.0 / h * (mean - self.p) + slope + damping @ v - self.tau
         metric = self.stiffness + 4.0 / h**2 * mass
         share = self._correction(move, metric @ move, slope)
         left += share * (metric @ move)
-        matrix = 2.0 / h**2 * (mass + 0.5 * turning) + 0.5 * stiffness + self.damping / h
+        matrix = 2.0 / h**2 * (mass + 0.5 * turning) + 0.5 * stiffness + damping / h
         return left, matrix - turning.T / h**2 + share * metric
 
     @property

@@ -182,9 +182,17 @@ class Dynamics:
         dense(self.model, system, out)
         return out + self._law(self.model.stiffness)
 
-    def damping_matrix(self) -> Floats:
-        """Return R = ∫ Φᵀ Γ Φ ds and joint damping (n, n): C (1.36), projected with Φᵀ."""
-        return self._law(self.model.damping)
+    def damping_matrix(self, q: Floats | None = None) -> Floats:
+        """Return R (n, n) at q, by default the reference shape: C (1.36), projected with Φᵀ.
+
+        It is ∫ Φᵀ Γ Φ ds, joint damping and Rayleigh's drag Σ Jᵀ D J, which alone depends on q.
+        """
+        out = self._law(self.model.damping)
+        if len(self.model.drag):
+            jacobian = self.jacobians(self._zero if q is None else q, self._zero)[0]
+            for own, drag in zip(jacobian, self.model.drag, strict=True):
+                out += own.T @ (drag[[1, 2, 3, 0, 0, 0], None] * own)
+        return out
 
     def branch_matrix(self) -> Floats:
         """Return K_m = ∫ Φᵀ H_m Φ ds (n, n) of the Maxwell branches; here they are relaxed."""

@@ -11,7 +11,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from ..scene import Scene
+from ..errors import SceneError
+from ..scene import Rod, Scene
 from .dynamics import Dynamics
 from .model import Floats
 
@@ -23,11 +24,17 @@ class PortHamiltonian:
     ----------
     scene : Scene or Dynamics
         Its loads do not belong to H: they are the generalised forces ``load_force`` from outside.
+
+    Raises
+    ------
+    SceneError
+        for a Maxwell branch: its dashpots have a state that (q, p) does not hold.
     """
 
     def __init__(self, scene: Scene | Dynamics) -> None:
         self.dynamics = scene if isinstance(scene, Dynamics) else Dynamics(scene)
         self.n = self.dynamics.n
+        _refuse_branches(self.dynamics.compiled.scene)
         self._zero = np.zeros(self.n)
 
     def momentum(self, q: Floats, v: Floats) -> Floats:
@@ -65,10 +72,10 @@ class PortHamiltonian:
         zero, one = np.zeros((self.n, self.n)), np.eye(self.n)
         return np.block([[zero, one], [-one, zero]])
 
-    def dissipation(self) -> Floats:
-        """Return R (2n, 2n), symmetric and positive semidefinite."""
+    def dissipation(self, q: Floats | None = None) -> Floats:
+        """Return R (2n, 2n) at q, symmetric and positive semidefinite."""
         zero = np.zeros((self.n, self.n))
-        return np.block([[zero, zero], [zero, self.dynamics.damping_matrix()]])
+        return np.block([[zero, zero], [zero, self.dynamics.damping_matrix(q)]])
 
     def input_matrix(self, q: Floats) -> Floats:
         """Return G (2n, A): generalised forces per unit effort; Gᵀ ∇H are the port velocities."""
@@ -86,9 +93,19 @@ class PortHamiltonian:
     ) -> tuple[Floats, Floats]:
         """Return q̇ and ṗ (n,) by C (1.44), for efforts (A,) and generalised forces tau (n,)."""
         gradient = np.concatenate(self.gradient(q, p))
-        rate = (self.structure() - self.dissipation()) @ gradient
+        rate = (self.structure() - self.dissipation(q)) @ gradient
         if efforts is not None:
             rate += self.input_matrix(q) @ efforts
         if tau is not None:
             rate[self.n :] += tau
         return rate[: self.n], rate[self.n :]
+
+
+def _refuse_branches(scene: Scene) -> None:
+    """Refuse materials with a Maxwell branch, by name."""
+    rods = (body for body in scene.bodies if isinstance(body, Rod))
+    for material in (section.material for rod in rods for section in rod.sections):
+        if material.maxwell is not None:
+            key = f"materials.{material.name}.maxwell"
+            value = f"{{ratio: {material.maxwell.ratio:g}, time: {material.maxwell.time:g}}}"
+            raise SceneError(scene.file, key, value, "no such key in the port-Hamiltonian form")

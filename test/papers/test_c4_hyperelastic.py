@@ -367,6 +367,20 @@ def test_leaving_a_measured_range_ends_the_motion_by_name():
     assert -0.3 <= simulation.q[0] <= 0.3
 
 
+def test_pull_beyond_the_largest_stress_of_a_softening_law_is_refused():
+    # C (1.35) leaves 𝒦 open; where σ(λ) has a maximum no larger dead load can be carried
+    law = {"kind": "yeoh", "c10": 1e5, "c20": -1e4, "c30": 0.0}
+    stretch = np.linspace(1.0, 2.0, 2001)
+    energy = energy_of(law)
+    peak = AREA * max(derivative(energy, x) for x in stretch)
+    dynamics = rubber(law, strains=["stretch"], order=0)
+    tip = np.array([0, 0, 0, 0.999 * peak, 0, 0])
+    assert dynamics.n == len(equilibrium(dynamics, tip=tip))
+    with pytest.raises(StaticsFailed) as caught:
+        equilibrium(dynamics, tip=1.01 / 0.999 * tip)
+    assert caught.value.load_factor == pytest.approx(1.0 / 1.01, abs=2e-3)
+
+
 def test_outer_fibres_of_a_sharp_bend_are_watched():
     dynamics = rubber(NEO, strains=["bend_y"], order=0, length=0.05)
     # at a curvature of 1/R the inner fibre would vanish

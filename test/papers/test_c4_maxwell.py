@@ -11,6 +11,7 @@ import pytest
 from scenes import ALL, random_state, rod_document, scene_of
 from scipy.linalg import expm
 
+from soft_sim_ros.core.port_hamiltonian import PortHamiltonian
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.errors import Diverged, SceneError
 
@@ -275,6 +276,12 @@ def test_only_rods_with_the_material_have_branches():
     model = simulation.model
     rows = np.repeat(np.arange(simulation.n_coordinates), np.diff(model.law_ptr))
     np.testing.assert_allclose(model.branch, np.where(rows == 0, 0.0, RATIO * model.stiffness))
+
+
+def test_port_hamiltonian_form_refuses_branches_by_name():
+    with pytest.raises(SceneError, match="materials.soft.maxwell") as caught:
+        PortHamiltonian(scene_of(document()))
+    assert caught.value.value == "{ratio: 1.5, time: 0.2}"
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,9 @@ from scenes import random_state, rod_document, scene_of, zoo_document
 from scipy.linalg import eigh
 from test_tangents import central_difference
 
+from soft_sim_ros.core.discrete_gradient import DiscreteGradient
 from soft_sim_ros.core.dynamics import Dynamics
+from soft_sim_ros.core.port_hamiltonian import PortHamiltonian
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.errors import SceneError
 
@@ -101,6 +103,52 @@ def test_drag_on_a_fast_strongly_bent_arm_is_that_of_the_mass_of_its_material():
     scale = np.sqrt(np.diag(plain.mass_matrix(q)))
     expected = ALPHA * rods @ v
     assert np.max(np.abs(drag - expected) / scale) < 1e-10 * np.max(np.abs(expected) / scale)
+
+
+def test_damping_matrix_holds_the_drag_at_any_shape():
+    dynamics = zoo(alpha=ALPHA)
+    q, v, _ = random_state(dynamics, 6)
+    zero = np.zeros(dynamics.n)
+    damping, scale = dynamics.damping_matrix(q), np.sqrt(np.diag(dynamics.mass_matrix(q)))
+    exact = dynamics.tangents(q, zero, zero)[1]
+    error = np.abs(damping - exact) / np.outer(scale, scale)
+    assert np.max(error) < 1e-10 * np.max(np.abs(exact) / np.outer(scale, scale))
+    assert not np.allclose(damping, dynamics.damping_matrix(), rtol=1e-3)
+
+
+def test_port_hamiltonian_form_of_a_dragged_rubber_arm_moves_as_the_lagrangian_one():
+    document = zoo_document()
+    document["materials"]["soft"] = {
+        "law": {"kind": "mooney_rivlin", "c10": 1e5, "c01": 6e4},
+        "density": 1000.0,
+        "rayleigh": {"mass": ALPHA, "stiffness": BETA},
+    }
+    system = PortHamiltonian(scene_of(document))
+    q, v, _ = random_state(system.dynamics, 7)
+    p = system.momentum(q, v)
+    efforts = np.array([0.3, -0.2, 8.0, 5.0])
+    way, push = system.rates(q, p, efforts, system.load_force(q))
+    np.testing.assert_allclose(way, v, rtol=1e-6, atol=1e-9 * np.abs(v).max())
+    a = system.dynamics.forward_dynamics(q, v, efforts)
+    h = 1e-5
+    difference = (system.momentum(q + h * v, v + h * a) - system.momentum(q - h * v, v - h * a)) / (
+        2.0 * h
+    )
+    scale = np.sqrt(np.diag(system.dynamics.mass_matrix(q)))
+    assert np.max(np.abs(push - difference) / scale) < 1e-6 * np.max(np.abs(push) / scale)
+
+
+def test_discrete_gradient_books_what_the_drag_takes():
+    scene = damped(strains=["torsion"], order=0)
+    scene["bodies"].insert(0, {"joint": "hinge", "kind": "revolute", "axis": [0, 0, 1]})
+    motion = DiscreteGradient(scene_of(scene), v=np.array([5.0, 0.0]))
+    energy = motion.system.hamiltonian(motion.q, motion.p)
+    for _ in range(100):
+        motion.step(0.005)
+    assert motion.v[0] == pytest.approx(5.0 * np.exp(-ALPHA * 0.5), rel=1e-4)
+    assert motion.balance.dissipated == pytest.approx(
+        energy - motion.system.hamiltonian(motion.q, motion.p), rel=1e-9
+    )
 
 
 def test_tangent_of_drag_is_its_difference_quotient():
