@@ -18,7 +18,7 @@ STEPS = 300
 NEAR = 1e-4  # arm lengths from where Newton's method finds the rest
 FARTHEST = 0.3  # arm lengths that one step may move the tip
 HELD = 1e-13  # of the largest eigenvalue: less is round-off, not stiffness
-LOOSE = "nothing holds a string or a cable there: it needs weight, or a load that pulls it"
+LOOSE = "nothing holds the arm there: its strings and cables need weight, or a load that pulls them"
 
 
 def sink(dynamics: Dynamics, q: Floats, mask: np.ndarray, forcing: tuple, time: float) -> Floats:

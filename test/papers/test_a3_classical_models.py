@@ -138,9 +138,26 @@ def test_a_string_turns_until_it_is_pulled_not_pushed(force):
     assert dynamics.internal_wrench(q, tip=tip).before[1:, 3].min() > 0.0
 
 
+def test_a_line_at_the_end_of_a_pole_hangs_and_bends_it_by_its_weight():
+    """A stiff pole, a string, a weight: the pole carries both, the string only what is below."""
+    document = document_of("kirchhoff", gravity=(0, 0, -9.81), order=4)
+    line = document_of("string", length=0.4, radius=0.002)["bodies"][0] | {"rod": "line"}
+    document["bodies"] += [line, {"rigid_body": "fish", "mass": 0.02}]
+    document["initial"] = {"state": "equilibrium"}
+    dynamics = (simulation := Simulation(scene_of(document))).dynamics
+    wrench, poses = dynamics.internal_wrench(simulation.q), dynamics.node_poses(simulation.q)
+    pole, rope = (dynamics.compiled.chain.rods[name] for name in ("rod", "line"))
+    hung = (0.02 + LINE * 0.4) * 9.81
+    assert wrench.after[rope.first_node, 3] == pytest.approx(hung, rel=1e-9)
+    carried = poses[pole.last_node, :3, :3] @ wrench.before[pole.last_node, 3:]
+    np.testing.assert_allclose(carried, [0, 0, -hung], atol=1e-9)
+    below = poses[rope.first_node, :3, 3] - poses[-1, :3, 3]
+    np.testing.assert_allclose(below, [0, 0, 0.4], atol=1e-9)
+
+
 def test_a_string_that_nothing_pulls_has_no_shape_and_says_so():
     dynamics = model_of("string", **STRING | {"gravity": (0, 0, 0)})
-    with pytest.raises(StaticsFailed, match="nothing holds a string"):
+    with pytest.raises(StaticsFailed, match="strings and cables need weight"):
         equilibrium(dynamics)
 
 

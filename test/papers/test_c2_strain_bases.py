@@ -109,6 +109,17 @@ def test_strains_by_the_shape_matrix_are_those_the_arm_is_bent_by():
     assert np.abs(poses[rod_map.last_node] - straight[rod_map.last_node]).max() > 0.02
 
 
+def test_shapes_shared_by_the_elements_of_a_section_join_without_a_jump():
+    """Hats: continuous where elements meet, and together they are one."""
+    compiled = compiled_rod(kind="linear", elements=3, strains=PLANAR)
+    s = np.array([0.2 - 1e-9, 0.2, 0.2 + 1e-9, 0.33])
+    phi = shape_matrix(compiled, "rod", s)
+    np.testing.assert_allclose(phi[0], phi[1], atol=1e-7)
+    np.testing.assert_allclose(phi[2], phi[1], atol=1e-7)
+    expected = np.broadcast_to(selection_matrix(PLANAR).sum(axis=1), (4, 6))
+    np.testing.assert_allclose(phi.sum(axis=2), expected, atol=1e-14)
+
+
 def test_where_elements_meet_the_one_that_begins_counts():
     compiled = compile_scene(load_scene("soft_arm"))
     names = compiled.coordinate_names
