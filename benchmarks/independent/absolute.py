@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -51,15 +52,19 @@ def between(p: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 class Grid:
-    """One clamped case on n cells; the state is r (3, n), p (4, n), ṙ (3, n), ω (3, n)."""
+    """One clamped case on n cells; the state is r (3, n), p (4, n), ṙ (3, n), ω (3, n).
 
-    def __init__(self, case: Case, n: int) -> None:
+    ``reference`` is the curvature vector (3,) of the rod without loads, in 1/m.
+    """
+
+    def __init__(self, case: Case, n: int, reference: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
         if case.hinge or case.moments or case.tendon:
             raise ValueError(f"{case.name}: only clamped cases without actuators")
         self.case, self.n, self.h = case, n, case.length / n
         r = case.radius
         area, second = np.pi * r**2, np.pi / 4 * r**4
         e, g, eta = case.young, case.shear, case.viscosity
+        self.reference = np.array(reference, dtype=float)[:, None]
         column = lambda *x: np.array(x)[:, None]  # noqa: E731
         self.bend, self.bend_v = (
             column(2 * a * second, b * second, b * second) for a, b in ((g, e), (eta, 3 * eta))
@@ -77,7 +82,7 @@ class Grid:
 
     def start(self) -> np.ndarray:
         """Return the state of uniform strain ``offset`` at rest."""
-        kappa = np.array(self.case.offset[:3])
+        kappa = np.array(self.case.offset[:3]) + self.reference[:, 0]
         size = np.linalg.norm(kappa) + 1e-300
         p = np.zeros((4, self.n))
         middles = self.h * (np.arange(self.n) + 0.5)
@@ -115,7 +120,7 @@ class Grid:
         w_before = np.hstack([zero, w[:, :-1]])
         # rate of the rotation vector, to second order: difference of ω plus the turn between them
         kappa_rate = (w - w_before) / self.gap + cross(kappa, 0.5 * (w + w_before))
-        moment = self.bend * kappa + self.bend_v * kappa_rate
+        moment = self.bend * (kappa - self.reference) + self.bend_v * kappa_rate
         # the joint moment acts on both frames, half a turn away from each
         back = moment + 0.5 * cross(angle, moment)
         forth = moment - 0.5 * cross(angle, moment)
@@ -156,9 +161,11 @@ def shifted(flow: np.ndarray) -> np.ndarray:
     return np.hstack([flow[:, 1:], np.zeros((3, 1))])
 
 
-def extrapolated(case: Case, n: int, rtol: float) -> tuple[np.ndarray, float]:
+def extrapolated(
+    case: Case, n: int, rtol: float, reference: Sequence[float] = (0.0, 0.0, 0.0)
+) -> tuple[np.ndarray, float]:
     """Return the tip from grids n, 2n, 4n, extrapolated twice, and the last correction."""
-    a, b, c = (Grid(case, k * n).tip(rtol) for k in (1, 2, 4))
+    a, b, c = (Grid(case, k * n, reference).tip(rtol) for k in (1, 2, 4))
     one, two = b + (b - a) / 3.0, c + (c - b) / 3.0
     return two + (two - one) / 15.0, distance(two, one, case.length)
 

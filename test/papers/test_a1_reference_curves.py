@@ -9,6 +9,8 @@ from planar_grid import extrapolated_tip
 from scenes import SOFT, rod_document, scene_of
 from scipy.spatial.transform import Rotation
 
+from benchmarks.cases import Case
+from benchmarks.independent import absolute
 from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.statics import equilibrium
@@ -200,6 +202,26 @@ def test_a_curved_non_uniform_rod_swings_as_on_an_independent_grid():
     assert np.linalg.norm(now - start) > 0.05
     assert correction < 5e-5
     np.testing.assert_allclose(now, place, atol=2e-5)
+
+
+def test_a_helix_let_go_moves_in_space_as_in_absolute_coordinates():
+    """Points of a coil here, Frenet's curvature and torsion on a grid of frames there."""
+    gravity, viscosity, radius = (1.0, 2.0, -9.0), 1e3, 0.01
+    reference = {"centre_line": {"points": helix(81)[0], "normal": [-1, 0, 0]}}
+    document = rod_document(
+        radius=radius, gravity=gravity, material={"viscosity": viscosity},
+        section={"reference": reference, "shear_correction": 1.0},
+        numerics={"step": 2.5e-4, "integrator": "sdirk3", "basis": {"order": 10, "nodes": 90}},
+    )  # fmt: skip
+    simulation = Simulation(scene_of(document))
+    start = simulation.sampler(2).poses()[-1, :3].copy()
+    simulation.advance(600)
+    case = Case("coil", "", (LENGTH,), radius, E, RHO, viscosity, gravity, 0.15, 1)
+    place, correction = absolute.extrapolated(case, 12, 1e-6, FRENET)
+    now = simulation.sampler(2).poses()[-1, :3]
+    assert np.linalg.norm(now - start) > 0.1
+    assert correction < 2e-4
+    np.testing.assert_allclose(now, place[0], atol=5e-6)
 
 
 def twist_angle(stiffness, **options):
