@@ -1,9 +1,10 @@
 """A reference shape given as points of the centre line, with or without frames, as strains.
 
-Points are joined by a quintic spline over their chords; its arc length is found by quadrature, its
-curvature vector t × t′ is seen from a frame that goes along. That frame is the one that does not
-turn about the tangent (rotation-minimising), or is read from quaternions at the points, joined by
-scipy's rotation spline. Only strains come out, so where the curve lies in space does not matter.
+Points are joined by a quintic spline over their chords (a cubic one if there are fewer than six);
+its arc length is found by quadrature, its curvature vector t × t′ is seen from a frame that goes
+along. That frame is the one that does not turn about the tangent (rotation-minimising), or is read
+from quaternions at the points, joined by scipy's rotation spline. Only strains come out, so where
+the curve lies in space does not matter.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def read_centre_line(
     if len(points) < LEAST or not np.all(steps > 1e-9 * length):
         reader.refuse(f"at least {LEAST} points, each apart from the one before", key)
     chord = np.concatenate([[0.0], np.cumsum(steps)])
-    spline = make_interp_spline(chord, points, k=min(5, 2 * ((len(points) - 1) // 2) - 1))
+    spline = make_interp_spline(chord, points, k=5 if len(points) > 5 else 3)
     curve = _curve(spline, chord)
     whole = float(curve.s[-1])
     if abs(whole - length) > AGREEMENT * length:

@@ -97,6 +97,18 @@ def test_points_of_a_centre_line_converge_at_the_stated_order(framed, order):
     assert slope > order - 0.3, errors
 
 
+@pytest.mark.parametrize(("count", "accuracy"), [(4, 0.2), (5, 0.1), (6, 0.01), (40, 1e-6)])
+def test_few_points_on_a_circle_are_an_arc(count, accuracy):
+    angle = np.linspace(0, 1.2, count)
+    points = 0.5 * np.stack([np.sin(angle), 1 - np.cos(angle), 0 * angle], axis=1)
+    strain = section_of({"reference": {"centre_line": {"points": points}}}).strain0(
+        np.linspace(0, 1, 50)
+    )
+    # towards +y, the normal by default: about +z
+    np.testing.assert_allclose(strain[:, 2], 2.0, rtol=accuracy)
+    np.testing.assert_allclose(np.delete(strain, 2, axis=1), [[0, 0, 1, 0, 0]] * 50, atol=1e-9)
+
+
 @pytest.mark.parametrize("framed", [False, True])
 def test_a_rigidly_moved_reference_changes_nothing(framed):
     """The points, their frames and the normal moved together: the same strains to round-off."""

@@ -168,6 +168,26 @@ def test_the_scene_of_this_row_jumps_where_it_says():
     np.testing.assert_allclose(wrench.s[jumps], [0.25, 0.5, 0.8, 1.0], atol=1e-12)
 
 
+def test_distributed_loads_are_carried_by_all_sections_before_them():
+    """A dead line load on [0.15, 0.4] m and, while its schedule lasts, one that follows."""
+    dead, moment = np.array([1.0, -3.0, 2.0]), np.array([0.2, 0.0, 0.0])
+    loads = [
+        {"distributed": "d", "body": "rod", "start": 0.15, "end": 0.4, "force": dead},
+        {"distributed": "m", "body": "rod", "moment": moment, "frame": "body",
+         "schedule": {"start": 1.0}},
+    ]  # fmt: skip
+    dynamics = Dynamics(scene_of(rod_document(order=8, nodes=16, loads=loads)))
+    q = equilibrium(dynamics)
+    wrench = dynamics.internal_wrench(q)
+    _, force = world_parts(dynamics, q, wrench.before)
+    covered = np.clip(0.4 - wrench.s, 0.0, 0.25)
+    np.testing.assert_allclose(force, np.outer(covered, dead), atol=1e-11)
+    np.testing.assert_allclose(wrench.after[:-1], wrench.before[:-1], atol=1e-11)
+    zero = np.zeros(dynamics.n)
+    later = dynamics.internal_wrench(zero, time=2.0).before - dynamics.internal_wrench(zero).before
+    np.testing.assert_allclose(later[:, :3], np.outer(LENGTH - wrench.s, moment), atol=1e-12)
+
+
 def test_rayleigh_drag_is_carried_as_any_load():
     """A bar that spins about its own axis: the drag's moment α ρ(I_y + I_z) ω (ℓ − s)."""
     document = rod_document(strains=["bend_y"], material={"rayleigh": {"mass": 2.0}})
