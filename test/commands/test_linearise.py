@@ -93,3 +93,10 @@ def test_bad_options_are_refused(scene, call, options):
 def test_a_joint_that_is_only_held_is_said_to_drift(call, capsys):
     assert call("linearise", "flexible_manipulator") == 0
     assert "warning: joints held" in capsys.readouterr().out
+
+
+def test_a_maxwell_branch_is_said_to_be_left_out(scene, call, capsys):
+    text = scene.read_text().replace("viscosity: 1000", "maxwell: {ratio: 0.5, time: 0.1}")
+    scene.write_text(text)
+    assert call("linearise", scene) == 0
+    assert "warning: Maxwell branches are left out" in capsys.readouterr().out

@@ -142,6 +142,20 @@ def test_tendons_only_pull():
     assert np.isclose(found.efforts, 0.0, atol=1e-6).any()
 
 
+@pytest.mark.parametrize(
+    ("scene", "commands"),
+    [("winch_arm", [0.02, 0.0, 0.0, 0.0]), ("pneumatic_arm", [0.0, 3e4, 0.0, 2e4, 0.0, 0.0])],
+)
+def test_lengths_of_winches_and_pressures_do_as_well(scene, commands):
+    """Their sizes differ by 10⁷, and winches have slack tendons."""
+    arm = Dynamics(load_scene(scene))
+    target = arm.node_poses(equilibrium(arm, efforts=np.array(commands)))[-1][:3, 3]
+    found = inverse_kinematics(arm, target)
+    assert found.reached
+    again = equilibrium(arm, efforts=found.efforts)
+    np.testing.assert_allclose(arm.node_poses(again)[-1][:3, 3], target, atol=1e-7)
+
+
 def test_an_orientation_alone_leaves_the_position_open(arm):
     efforts = np.array([0.5, 0.3, 0.0, 0.0, -0.2, 0.1])
     turn = arm.node_poses(equilibrium(arm, efforts=efforts))[-1][:3, :3]
