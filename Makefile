@@ -11,12 +11,14 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 # A guard of ROS wheels in another environment would keep those of this one from starting up.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: help run test env warm lint format bench clean
+.PHONY: help run test env warm lint format bench stress skip guard clean
 
 help:
 	@echo "make run     simulate, drive, record and replay the default arm: see runs/latest"
 	@echo "make test    all tests"
 	@echo "make bench   run time against error, with peers: about half an hour"
+	@echo "make stress  the stability map: about ten minutes; make skip: what features cost"
+	@echo "make guard   whether steps cost more than they did: a minute"
 	@echo "make env     only the environment, in $(VENV)"
 	@echo "make lint    linter and type checker; make format rewrites the sources"
 	@echo "make clean   remove what was built, but not runs/"
@@ -45,6 +47,15 @@ test: lint warm
 # make bench CASES="heavy_arm chirp" PROGRAMS="soft_sim_ros"   a part; see docs/benchmarks.md
 bench: warm
 	@$(IN_ENV) -m benchmarks $(if $(CASES),--cases $(CASES)) $(if $(PROGRAMS),--programs $(PROGRAMS))
+
+# where the solver completes, refuses, or is wrong: 3000 scenes, see docs/stress.md
+stress: warm
+	@$(IN_ENV) -m benchmarks.stress
+
+# what features cost scenes that lack them, and how batches use the cores
+skip: warm
+	@$(IN_ENV) -m benchmarks.skip
+	@$(IN_ENV) -m benchmarks.batch
 
 clean:
 	rm -rf "$(VENV)" build install log dist *.egg-info

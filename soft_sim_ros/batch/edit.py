@@ -8,7 +8,8 @@ from collections.abc import Mapping
 import yaml
 
 from soft_sim_ros.errors import SceneError
-from soft_sim_ros.scene.document import MERGE, Document
+from soft_sim_ros.scene.document import Document
+from soft_sim_ros.scene.edit import child, names
 
 MAP, TEXT = "tag:yaml.org,2002:map", "tag:yaml.org,2002:str"
 PART = re.compile(r"(?:^|\.)([A-Za-z_]\w*)|\[(\d+)\]")
@@ -62,12 +63,11 @@ def _with(
         return value
     first, rest = parts[0], parts[1:]
     if isinstance(node, yaml.SequenceNode):
-        index = _index(node, first)
-        if index is None:
-            names = ", ".join(filter(None, map(_name, node.value)))
-            expected = f"a path to an entry of a list of {len(node.value)} ({names})"
+        items, entry = list(node.value), child(node, first)
+        if entry is None:
+            expected = f"a path to one of {len(items)} entries ({', '.join(names(node))})"
             raise SceneError(file, path, str(first), expected)
-        items = list(node.value)
+        index = next(i for i, item in enumerate(items) if item is entry)
         items[index] = _with(items[index], rest, value, shared or _aliased(node, index), file, path)
         return _renewed(node, items, shared)
     if not isinstance(node, yaml.MappingNode) or isinstance(first, int):
@@ -78,7 +78,7 @@ def _with(
             alias = shared or old.start_mark.index < key.start_mark.index
             pairs[i] = key, _with(old, rest, value, alias, file, path)
             return _renewed(node, pairs, shared)
-    merged = _find(node, first) or yaml.MappingNode(MAP, [], node.start_mark, flow_style=False)
+    merged = child(node, first) or yaml.MappingNode(MAP, [], node.start_mark, flow_style=False)
     new = _with(merged, rest, value, True, file, path)
     return _renewed(node, [*pairs, (yaml.ScalarNode(TEXT, first, node.start_mark), new)], shared)
 
@@ -96,29 +96,3 @@ def _aliased(node: yaml.SequenceNode, index: int) -> bool:
     for item in node.value[:index]:
         at = max(at, item.end_mark.index)
     return bool(node.value[index].start_mark.index < at)
-
-
-def _find(node: yaml.MappingNode, name: str) -> yaml.Node | None:
-    """Return the value of a key, also where it is merged in."""
-    merged = None
-    for key, value in node.value:
-        if getattr(key, "value", None) == name and key.tag != MERGE:
-            return value
-        if key.tag == MERGE and isinstance(value, yaml.MappingNode):
-            merged = _find(value, name) or merged
-    return merged
-
-
-def _index(node: yaml.SequenceNode, part: str | int) -> int | None:
-    if isinstance(part, int):
-        return part if part < len(node.value) else None
-    found = [i for i, item in enumerate(node.value) if _name(item) == part]
-    return found[0] if len(found) == 1 else None
-
-
-def _name(item: yaml.Node) -> str:
-    """Return the name of an entry of a list: that of its first key, or what ``name`` says."""
-    if not isinstance(item, yaml.MappingNode) or not item.value:
-        return ""
-    name = _find(item, "name") or item.value[0][1]
-    return str(name.value) if isinstance(name, yaml.ScalarNode) else ""

@@ -57,9 +57,9 @@ def _node_at(document: Document, path: str) -> yaml.Node:
     parts = [name or int(index) for name, index in _PART.findall(path)]
     node = document.root
     for depth, part in enumerate(parts):
-        inner = _child(node, part)
+        inner = child(node, part)
         if inner is None:
-            known = ", ".join(_names(node)) or "nothing"
+            known = ", ".join(names(node)) or "nothing"
             expected = (
                 f"a key path to a number that is written there: {part!r} is not among {known}"
             )
@@ -72,12 +72,12 @@ def _node_at(document: Document, path: str) -> yaml.Node:
     return node
 
 
-def _child(node: yaml.Node, part: str | int) -> yaml.Node | None:
+def child(node: yaml.Node, part: str | int) -> yaml.Node | None:
     """Return what is written for a key, a number in a list, or the entry of that name."""
     if isinstance(node, yaml.SequenceNode):
         if isinstance(part, int):
             return node.value[part] if part < len(node.value) else None
-        return dict(zip(_names(node), node.value, strict=True)).get(part)
+        return dict(zip(names(node), node.value, strict=True)).get(part)
     if not isinstance(node, yaml.MappingNode):
         return None
     merged = None
@@ -85,18 +85,18 @@ def _child(node: yaml.Node, part: str | int) -> yaml.Node | None:
         if key.value == part:
             return value
         if key.tag == MERGE:
-            merged = _child(value, part)
+            merged = child(value, part)
     return merged
 
 
-def _names(node: yaml.Node) -> list[str]:
+def names(node: yaml.Node) -> list[str]:
     """Return the keys of a mapping, or the names of the entries of a list."""
     if isinstance(node, yaml.MappingNode):
         return [str(key.value) for key, _ in node.value]
-    names = []
+    out = []
     for i, item in enumerate(node.value if isinstance(node, yaml.SequenceNode) else []):
-        word = _child(item, "name")
+        word = child(item, "name")
         if word is None and isinstance(item, yaml.MappingNode) and item.value:
             word = item.value[0][1]
-        names.append(str(word.value) if isinstance(word, yaml.ScalarNode) else f"[{i}]")
-    return names
+        out.append(str(word.value) if isinstance(word, yaml.ScalarNode) else f"[{i}]")
+    return out
