@@ -57,6 +57,10 @@ skip: warm
 	@$(IN_ENV) -m benchmarks.skip
 	@$(IN_ENV) -m benchmarks.batch
 
+# part of .ci/run: fails where a step costs 1.5 times what it did
+guard: warm
+	@$(IN_ENV) -m benchmarks.guard
+
 clean:
 	rm -rf "$(VENV)" build install log dist *.egg-info
 	rm -rf .pytest_cache .ruff_cache .mypy_cache .hypothesis

@@ -25,6 +25,7 @@ def judge(case: Case, checked: bool) -> dict[str, Any]:
     entry: dict[str, Any] = case.as_dict() | {
         "real": case.real(), "outcome": "accurate", "why": None, "time_of_refusal": None,
         "estimate_rel": None, "difference_rel": None, "hidden_rel": None, "gained_rel": None,
+        "ledger_gain_rel": None,
         "error_rel": None, "reference_rel": None,
     }  # fmt: skip
     pair = None
@@ -46,7 +47,7 @@ def judge(case: Case, checked: bool) -> dict[str, Any]:
         checked = False
     if pair is not None:
         entry["estimate_rel"] = pair.error_rel
-        for key in ("difference_rel", "hidden_rel", "gained_rel"):
+        for key in ("difference_rel", "hidden_rel", "gained_rel", "ledger_gain_rel"):
             entry[key] = getattr(pair, key)
     if checked:
         entry |= compare(case, tip)

@@ -81,8 +81,9 @@ class Balance:
     Attributes
     ----------
     hidden : bound in m on what the tip lacks (or has too much) of motion too fast for the step
-    gained : largest rise of the residual over all energy turned over: the work of actuators and
-        loads without regard to sign, the heat, and the largest change of what is stored
+    gain : largest rise of the residual so far, in J
+    turned : all energy turned over, in J: the work of actuators and loads without regard to sign,
+        the heat, and the largest change of what is stored
     """
 
     def __init__(self, simulation: Simulation) -> None:
@@ -92,8 +93,8 @@ class Balance:
         self._time = simulation.time
         self._start = self._last = simulation.ledger()
         self._missing = self._low = self._high = 0.0
-        self._least = self._gain = self._work = self._stored = 0.0
-        self.hidden = self.gained = 0.0
+        self._least = self._work = self._stored = 0.0
+        self.hidden = self.gain = self.turned = 0.0
 
     def update(self) -> None:
         """Look at the ledger. The more often, the more work is seen that is taken back later."""
@@ -109,9 +110,8 @@ class Balance:
         self._work += float(np.abs(change[3:5]).sum())
         self._stored = max(self._stored, float(np.abs(ledger[:3] - self._start[:3]).sum()))
         self._least = min(self._least, float(ledger[-1]))
-        self._gain = max(self._gain, float(ledger[-1]) - self._least)
-        turned = self._work + self._stored + float(ledger[5])
-        self.gained = self._gain / turned if turned > 0.0 else 0.0
+        self.gain = max(self.gain, float(ledger[-1]) - self._least)
+        self.turned = self._work + self._stored + float(ledger[5])
         self._time, self._last = time, ledger
 
 
@@ -129,7 +129,10 @@ class Estimated:
     ----------
     error_rel : largest estimate so far of the tip's error over the length: twice
         ``difference_rel``, the distance of the two tips, and ``hidden_rel``, that of Balance
-    gained_rel : energy from nowhere over the energy turned over
+    gained_rel : energy from nowhere over the energy turned over: the rise of the ledger's residual,
+        as far as the arm did hold more energy than the companion's (the rest is the ledger's own
+        error, of heat within a step for instance)
+    ledger_gain_rel : the same without regard to the companion
     """
 
     def __init__(self, simulation: Simulation, limit: float = float("inf")) -> None:
@@ -144,7 +147,9 @@ class Estimated:
         self.companion = Simulation(replace(scene, numerics=numerics))
         self._tips = [s.sampler(2) for s in (simulation, self.companion)]
         self._balance = Balance(simulation)
+        self._excess = 0.0
         self.difference_rel = self.hidden_rel = self.error_rel = self.gained_rel = 0.0
+        self.ledger_gain_rel = 0.0
 
     def follow(self, steps: int) -> None:
         """Let the companion follow ``steps`` steps that the simulation has made, and look.
@@ -169,7 +174,11 @@ class Estimated:
         self.difference_rel = max(self.difference_rel, apart)
         self.hidden_rel = self._balance.hidden / length
         self.error_rel = SAFETY * self.difference_rel + self.hidden_rel
-        self.gained_rel = self._balance.gained
+        stored = [float(s.ledger()[:3].sum()) for s in (self.simulation, self.companion)]
+        self._excess = max(self._excess, stored[0] - stored[1])
+        gain, turned = self._balance.gain, self._balance.turned
+        self.gained_rel = min(gain, self._excess) / turned if turned > 0.0 else 0.0
+        self.ledger_gain_rel = gain / turned if turned > 0.0 else 0.0
         if not self.error_rel <= self.limit:
             raise Inaccurate(time, self.error_rel, self.limit)
         if self.limit < float("inf") and not self.gained_rel <= GAIN_ALLOWED:
