@@ -43,7 +43,7 @@ def draw(entries: list[dict[str, Any]], file: Path) -> None:
                 panel.set_title(f"step {step:g} s", fontsize=10)
             if step == STEP[0]:
                 panel.set_ylabel(command, fontsize=10)
-    figure.supxlabel("Young's modulus in Pa", fontsize=10)
+    grid[-1][len(STEP) // 2].set_xlabel("Young's modulus in Pa", fontsize=10)
     figure.supylabel("length / diameter, by command", fontsize=10)
     handles = [plt.Rectangle((0, 0), 1, 1, color=colour) for _, colour, _ in SHARES]
     figure.legend(handles, [text for _, _, text in SHARES], loc="outside lower center", ncols=2,
