@@ -215,23 +215,6 @@ class CommandError(SoftSimError):
         return f"{self.topic}: {self.why}"
 
 
-class FieldError(SoftSimError):
-    """The wrench of a section cannot be told from its strain alone.
-
-    Parameters
-    ----------
-    section : its name
-    """
-
-    def __init__(self, section: str) -> None:
-        super().__init__(section)
-        self.section = section
-
-    def __str__(self) -> str:
-        """Say what is expected."""
-        return f"section {self.section!r} has a law of its own: field residuals need a linear one"
-
-
 class NoSuchPlace(SoftSimError):
     """A rod, a strain or an arc length that the arm does not have.
 

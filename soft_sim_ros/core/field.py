@@ -15,13 +15,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import FieldError
-from ..scene import DistributedLoad, MomentActuator, TendonActuator
+from ..errors import SceneError
+from ..scene import ChamberActuator, DistributedLoad, MomentActuator, Scene
 from ..scene.strains import STRAINS
+from ..scene.tendon import Routed
 from .chain import Element
 from .dynamics import Dynamics
+from .memory import materials, refuse_branches, refuse_tendons
 from .model import Floats
 from .quadrature import derivative, lobatto
+
+FORM = "the field equations"
 
 
 def bracket(x: Floats, y: Floats) -> Floats:
@@ -102,7 +106,7 @@ class Field(NamedTuple):
     twist: Floats  # (N, 6) η
     acceleration: Floats  # (N, 6) η̇
     wrench: Floats  # (N, 6) Λ: section law and actuators
-    load: Floats  # (N, 6) F per length: weight and distributed loads
+    load: Floats  # (N, 6) F per length: weight, distributed loads, Rayleigh's drag
     inertia: Floats  # (N, 6) diagonal of 𝓜
 
 
@@ -156,9 +160,11 @@ def fields(
 
     Raises
     ------
-    FieldError
-        if a section has no linear law: then Λ is not known from ξ and ξ̇ here.
+    SceneError
+        for hyperelastic materials, Maxwell branches and tendons with friction or commanded lengths:
+        their Λ is not a function of ξ, ξ̇ and efforts here.
     """
+    _check(dynamics.compiled.scene)
     zero = np.zeros(dynamics.n)
     v, a = zero if v is None else v, zero if a is None else a
     effort = np.zeros(dynamics.actuators) if efforts is None else np.asarray(efforts)
@@ -182,6 +188,7 @@ def fields(
             law += _actuation(dynamics, rod_map.rod.name, element, s, strain, effort)
             wrench[:, active] = law[:, active]
             mass, *moments = element.section.inertia(element.normalised(s)).T
+            inertia = np.stack([*moments, mass, mass, mass], axis=1)
             out.append(
                 Field(
                     s,
@@ -194,8 +201,9 @@ def fields(
                     twists[at],
                     accelerations[at],
                     wrench,
-                    _loads(dynamics, rod_map.rod.name, element, mass, poses[at], time),
-                    np.stack([*moments, mass, mass, mass], axis=1),
+                    _loads(dynamics, rod_map.rod.name, element, mass, poses[at], time)
+                    - element.section.material.mass_damping * inertia * twists[at],
+                    inertia,
                 )
             )
     return out
@@ -216,8 +224,6 @@ def _strains(element: Element, s: Floats, coordinates: tuple[Floats, ...]) -> Fl
 def _law(element: Element, s: Floats, strain: Floats, strain_rate: Floats) -> Floats:
     """Return H (ξ − ξ₀) + Γ ξ̇ (N, 6)."""
     section, x = element.section, element.normalised(s)
-    if getattr(section.material, "law", None) is not None:
-        raise FieldError(section.name)
     out: Floats = section.stiffness(x) * (strain - section.strain0(x))
     return out + section.damping(x) * strain_rate
 
@@ -225,14 +231,16 @@ def _law(element: Element, s: Floats, strain: Floats, strain_rate: Floats) -> Fl
 def _actuation(
     dynamics: Dynamics, rod: str, element: Element, s: Floats, strain: Floats, effort: Floats
 ) -> Floats:
-    """Return what moment actuators and tendons add to the internal wrench (N, 6)."""
+    """Return what moments, tendons and chambers add to the internal wrench (N, 6)."""
     out = np.zeros((len(s), 6))
     middle = 0.5 * sum(element.span)
     for size, actuator in zip(effort, dynamics.compiled.scene.actuators, strict=True):
         if isinstance(actuator, MomentActuator):
             if (actuator.rod, actuator.section) == (rod, element.section.name):
                 out[:, STRAINS.index(actuator.strain)] -= size
-        elif isinstance(actuator, TendonActuator):
+        elif isinstance(actuator, Routed):
+            if isinstance(actuator, ChamberActuator):
+                size = -size * actuator.area  # pressure pushes where a tendon pulls
             if actuator.rod == rod and actuator.start < middle < actuator.end:
                 d = actuator.offset(s)
                 along = strain[:, 3:] + np.cross(strain[:, :3], d) + actuator.slope(s)
@@ -260,3 +268,15 @@ def _loads(
                 out += share * np.concatenate([load.moment, load.force])
     turned = np.einsum("kji,klj->kli", pose[:, :3, :3], world)
     return out + turned.reshape(-1, 6)
+
+
+def _check(scene: Scene) -> None:
+    """Refuse what makes Λ more than a function of ξ, ξ̇ and efforts."""
+    refuse_branches(scene, FORM)
+    refuse_tendons(scene, FORM)
+    for material in materials(scene):
+        if material.law is not None:
+            value = type(material.law).__name__
+            raise SceneError(
+                scene.file, f"materials.{material.name}.law", value, f"no such key in {FORM}"
+            )

@@ -11,10 +11,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from ..errors import SceneError
-from ..scene import Rod, Scene
+from ..scene import Scene
 from .dynamics import Dynamics
+from .memory import refuse_branches, refuse_tendons
 from .model import Floats
+
+FORM = "the port-Hamiltonian form"
 
 
 class PortHamiltonian:
@@ -28,13 +30,15 @@ class PortHamiltonian:
     Raises
     ------
     SceneError
-        for a Maxwell branch: its dashpots have a state that (q, p) does not hold.
+        for a Maxwell branch: its dashpots have a state that (q, p) does not hold; for a tendon with
+        friction or a commanded length: its tension is not its effort.
     """
 
     def __init__(self, scene: Scene | Dynamics) -> None:
         self.dynamics = scene if isinstance(scene, Dynamics) else Dynamics(scene)
         self.n = self.dynamics.n
-        _refuse_branches(self.dynamics.compiled.scene)
+        refuse_branches(self.dynamics.compiled.scene, FORM)
+        refuse_tendons(self.dynamics.compiled.scene, FORM)
         self._zero = np.zeros(self.n)
 
     def momentum(self, q: Floats, v: Floats) -> Floats:
@@ -99,13 +103,3 @@ class PortHamiltonian:
         if tau is not None:
             rate[self.n :] += tau
         return rate[: self.n], rate[self.n :]
-
-
-def _refuse_branches(scene: Scene) -> None:
-    """Refuse materials with a Maxwell branch, by name."""
-    rods = (body for body in scene.bodies if isinstance(body, Rod))
-    for material in (section.material for rod in rods for section in rod.sections):
-        if material.maxwell is not None:
-            key = f"materials.{material.name}.maxwell"
-            value = f"{{ratio: {material.maxwell.ratio:g}, time: {material.maxwell.time:g}}}"
-            raise SceneError(scene.file, key, value, "no such key in the port-Hamiltonian form")

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from soft_sim_ros.core import field
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.statics import equilibrium
-from soft_sim_ros.errors import FieldError
+from soft_sim_ros.errors import SceneError
 
 GRAVITY = (1.0, 2.0, -9.8)
 LOADS = [
@@ -236,6 +236,38 @@ def test_the_functions_are_those_of_rigid_motion():
     np.testing.assert_allclose(left, np.concatenate([moment, force]), atol=1e-14)
 
 
-def test_a_section_with_a_law_of_its_own_is_refused():
-    error = FieldError("tube")
-    assert "'tube'" in str(error) and "linear" in str(error)
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"material": {"maxwell": {"ratio": 1.0, "time": 0.1}}}, "materials.soft.maxwell"),
+        ({"actuators": [ACTUATORS[1] | {"friction": 0.1}]}, "actuators[0].friction"),
+    ],
+)
+def test_what_has_a_memory_is_refused(change, key):
+    dynamics = rod(order=1, **change)
+    with pytest.raises(SceneError) as caught:
+        field.fields(dynamics, np.zeros(dynamics.n))
+    assert caught.value.key_path == key
+
+
+def test_chambers_and_rayleighs_drag_belong_to_the_balance():
+    """A pressure that bends, and a rod that falls through something like air."""
+    sizes = []
+    for order in (3, 5, 7):
+        chamber = {"chamber": "c", "rod": "rod", "offset": [0.01, 0.01], "area": 2e-4}
+        document = rod_document(
+            gravity=GRAVITY,
+            actuators=[chamber],
+            material={"viscosity": 3e3, "rayleigh": {"mass": 20.0}},
+            numerics={
+                "basis": {"order": order, "nodes": 30}, "integrator": "sdirk4", "step": 0.002
+            },
+        )  # fmt: skip
+        simulation = Simulation(scene_of(document))
+        simulation.set_efforts([5e4])
+        simulation.advance(40)
+        q, v = simulation.q.copy(), simulation.v.copy()
+        a = simulation.dynamics.forward_dynamics(q, v, np.array([5e4]))
+        parts = field.fields(simulation.dynamics, q, v, a, efforts=np.array([5e4]))
+        sizes.append(field.norms(parts).balance.max())
+    assert np.all(np.diff(np.log(sizes)) < -1.0)

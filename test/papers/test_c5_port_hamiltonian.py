@@ -8,7 +8,7 @@ from soft_sim_ros.core.discrete_gradient import DiscreteGradient
 from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.port_hamiltonian import PortHamiltonian
 from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.errors import NewtonFailed
+from soft_sim_ros.errors import NewtonFailed, SceneError
 
 EFFORTS = np.array([0.3, -0.2, 3.0, 2.0])
 
@@ -232,3 +232,17 @@ def test_a_hopeless_step_is_a_typed_error():
     with pytest.raises(NewtonFailed):
         motion.step(1e-3, np.array([np.nan, 0.0, 0.0]))
     assert motion.q is before
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"friction": 0.1}, "actuators[0].friction"),
+        ({"control": "length", "axial_stiffness": 1e3}, "actuators[0].control"),
+    ],
+)
+def test_tendons_whose_tension_is_not_their_effort_are_refused(change, key):
+    tendon = {"tendon": "pull", "rod": "rod", "offset": [0.02, 0.0]}
+    with pytest.raises(SceneError) as caught:
+        PortHamiltonian(rod(order=1, actuators=[tendon | change]))
+    assert caught.value.key_path == key
