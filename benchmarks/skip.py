@@ -99,6 +99,17 @@ def _law(scene: Document, size: float) -> None:
     scene["materials"]["m"] = {"law": {"kind": "neo_hookean", "c10": 1e6 / 6.0}, "density": 1000.0}
 
 
+def _section(**keys: Callable[[float], Any]) -> Callable[[Document, float], None]:
+    def add(scene: Document, size: float) -> None:
+        scene["bodies"][0]["sections"][0] |= {key: value(size) for key, value in keys.items()}
+
+    return add
+
+
+def _string(scene: Document, size: float) -> None:
+    scene["bodies"][0] |= {"model": "string", "strains": ["bend_z"]}
+
+
 def _load(**keys: Any) -> Callable[[Document, float], None]:
     def add(scene: Document, size: float) -> None:
         scene.setdefault("loads", []).append(keys | {"force": [0.0, size, 0.0]})
@@ -131,6 +142,14 @@ FEATURES = (
     Feature("Rayleigh damping", _material(rayleigh=lambda x: {"mass": x}), 0.5),
     Feature("Maxwell branch", _material(maxwell=lambda x: {"ratio": x, "time": 0.1}), 0.5),
     Feature("hyperelastic law", _law, silent=False),
+    Feature(
+        "formula along the rod",
+        _section(cross_section=lambda x: {
+            "shape": "circle", "radius": {"expression": f"0.02 + {x} * sin(9 * s)"}
+        }), 0.002,
+    ),
+    Feature("curved reference", _section(reference=lambda x: {"curvature": [0, 0, x]}), 2.0),
+    Feature("string instead of a beam", _string, silent=False),
     Feature("dead point load", _load(point="p", body="rod"), 0.1),
     Feature("dead distributed load", _load(distributed="d", body="rod"), 0.1),
     Feature("follower point load", _load(point="p", body="rod", frame="body"), 0.1),
