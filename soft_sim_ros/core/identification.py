@@ -191,14 +191,18 @@ def fit(
     freedom = count - len(start)
     variance = float(np.sum(left**2)) / freedom * _lasting(left)
     quantile = float(student.ppf(0.5 + 0.5 * confidence, freedom))
-    _, sizes, rows = np.linalg.svd(problem.slope(x), full_matrices=False)
+    columns, sizes, rows = np.linalg.svd(problem.slope(x), full_matrices=False)
     known = (sizes > BLIND * sizes[0]) & (quantile * np.sqrt(variance) < sizes)
+    # what one more step would change is not known either, however small the noise (twice, for what
+    # that step would leave)
+    more = rows[known].T @ ((columns[:, known].T @ left[problem.seen]) / sizes[known])
     spread = (rows[known].T / sizes[known]) * np.sqrt(variance)  # covariance = spread spreadᵀ
     deviation = np.sqrt((spread**2).sum(axis=1))
     deviation[(np.abs(rows[~known]) > 0.05).any(axis=0)] = np.inf
     covariance = (rows.T / np.maximum(sizes, 1e-8 * sizes[0] + 1e-150) ** 2) @ rows
     scale = np.sqrt(np.diag(covariance))
-    ends = [np.clip(x + sign * quantile * deviation, -700.0, 700.0) for sign in (-1.0, 1.0)]
+    width = quantile * deviation + 2.0 * np.abs(more)
+    ends = [np.clip(x + sign * width, -700.0, 700.0) for sign in (-1.0, 1.0)]
     intervals = np.sort(np.stack([problem.values(end) for end in ends], axis=1), axis=1)
     lost = np.isinf(deviation)
     intervals[lost, 0] = np.where(problem.logarithmic, 0.0, -np.inf)[lost]

@@ -19,7 +19,22 @@ def test_without_noise_the_parameters_come_back():
     found = fit(["a", "b"], [1.0, 1.0], decay, decay([3.0, 0.7]))
     np.testing.assert_allclose(found.values, [3.0, 0.7], rtol=1e-8)
     assert found.rms < 1e-7
+    low, high = found.intervals.T
+    assert (low <= [3.0, 0.7]).all() and ([3.0, 0.7] <= high).all()
     assert not found.unknown and not found.warnings()
+
+
+def test_without_noise_the_intervals_hold_what_the_search_left_over():
+    """Two rates that are hard to tell apart, and a search that stops early."""
+
+    def predict(values, instants):
+        return np.exp(-values[0] * TIME[:instants]) + np.exp(-values[1] * TIME[:instants])
+
+    truth = np.array([1.0, 1.1])
+    found = fit(["a", "b"], [0.8, 1.5], predict, predict(truth, None), tolerance=1e-4)
+    low, high = found.intervals.T
+    assert (low <= truth).all() and (truth <= high).all()
+    assert (high / low < 1.2).all()
 
 
 def test_intervals_are_those_of_linear_regression():
