@@ -12,6 +12,7 @@ from soft_sim_ros.core import spatial
 from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.scene import packaged_scenes
 
 LENGTH, E, G, RHO = 0.6, 1e6, 1e6 / 3, 1000.0
 EFFORTS = np.array([0.3, -0.2, 8.0, 5.0])
@@ -28,6 +29,16 @@ def test_material_and_spatial_formulation_agree_at_random_states_of_a_manipulato
     material = dynamics.inverse_dynamics(q, v, a, EFFORTS, 1.0)
     fixed = spatial.inverse_dynamics(dynamics, q, v, a, EFFORTS, 1.0)
     np.testing.assert_allclose(fixed, material, rtol=0, atol=1e-14 * np.abs(material).max())
+
+
+@pytest.mark.parametrize("name", packaged_scenes())
+def test_both_formulations_agree_on_every_scene_of_the_package(name):
+    """All joints, a free base, floating frames, hyperelastic rods, chambers, winches."""
+    dynamics = Dynamics(load_scene(name))
+    q, v, a = random_state(dynamics, 1)
+    material = dynamics.inverse_dynamics(q, v, a)
+    fixed = spatial.inverse_dynamics(dynamics, q, v, a)
+    np.testing.assert_allclose(fixed, material, rtol=0, atol=1e-13 * np.abs(material).max())
 
 
 def test_spatial_twists_and_wrenches_are_those_of_the_sections():
