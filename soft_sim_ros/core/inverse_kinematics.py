@@ -11,143 +11,18 @@ that keep it to first order, each followed by steps back to it, then make the ef
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
-
 import numpy as np
 from scipy.optimize import lsq_linear
-from scipy.spatial.transform import Rotation
 
 from ..errors import StaticsFailed, TargetUnreachable
-from . import se3
 from .dynamics import Dynamics
 from .model import Floats
-from .statics import equilibrium
+from .tip_target import Point, Reach, Task, make_task, tip_sensitivity
+
+__all__ = ["Reach", "inverse_kinematics", "tip_sensitivity"]
 
 FIRST_RADIUS, LEAST_RADIUS, LARGEST_RADIUS = 0.2, 1e-9, 1.0  # arm lengths that one effort may move
 APPROACHES, EASINGS = 80, 200
-
-
-@dataclass(frozen=True, eq=False)
-class Reach:
-    """Efforts, and how the arm at rest then holds its tip.
-
-    Parameters
-    ----------
-    efforts : (A,) in scene order, N·m or N
-    q : (n,) the equilibrium
-    pose : (4, 4) of the tip in the world
-    distance : from the target position, m; 0 if none was asked for
-    angle : from the target orientation, rad; likewise
-    reached : whether both are within the tolerance
-    """
-
-    efforts: Floats
-    q: Floats
-    pose: Floats
-    distance: float
-    angle: float
-    reached: bool
-
-
-class _Point(NamedTuple):
-    """Efforts and what they lead to."""
-
-    efforts: Floats
-    q: Floats
-    pose: Floats
-    error: Floats  # (m,) target minus tip: arm lengths, rad
-
-    @property
-    def size(self) -> float:
-        return float(np.linalg.norm(self.error))
-
-
-@dataclass
-class _Task:
-    """What is asked for, and under which loads."""
-
-    dynamics: Dynamics
-    position: Floats | None
-    rotation: Floats | None
-    bounds: Floats  # (2, A)
-    weights: Floats
-    tolerance: float
-    loads: dict[str, Any] = field(default_factory=dict)
-
-    def at(self, efforts: Floats, q: Floats | None) -> _Point:
-        """Return the equilibrium near q; raises StaticsFailed if there is none."""
-        q = equilibrium(self.dynamics, q, efforts=efforts, **self.loads)
-        pose = self.dynamics.node_poses(q)[-1]
-        parts = []
-        if self.position is not None:
-            parts.append((self.position - pose[:3, 3]) / self.dynamics.compiled.length)
-        if self.rotation is not None:
-            parts.append(Rotation.from_matrix(self.rotation @ pose[:3, :3].T).as_rotvec())
-        return _Point(efforts, q, pose, np.concatenate(parts))
-
-    def sensitivities(self, point: _Point) -> tuple[Floats, Floats]:
-        """Return −d error/dτ (m, A), and how far (A,) unit efforts move the arm, arm lengths."""
-        twist = tip_sensitivity(self.dynamics, point.q, point.efforts, **self.loads)
-        rows = []
-        if self.position is not None:
-            rows.append(twist.tip[3:] / self.dynamics.compiled.length)
-        if self.rotation is not None:
-            # error = log(R* Rᵀ): a turn δ of the tip changes it by −(right tangent)⁻¹ δ
-            vector = np.concatenate([point.error[-3:], np.zeros(3)])
-            turn = np.linalg.inv(se3.right_tangent(vector))[:3, :3]
-            rows.append(turn @ twist.tip[:3])
-        reach = np.abs(twist.q * self.dynamics.model.weight[:, None]).max(axis=0)
-        # a slack tendon moves nothing: its step is bounded by the others'
-        return np.vstack(rows), np.maximum(reach, 1e-9 * (reach.max() or 1.0))
-
-    def result(self, point: _Point) -> Reach:
-        split = 3 if self.position is not None else 0
-        place, turn = point.error[:split], point.error[split:]
-        distance = float(np.linalg.norm(place)) * self.dynamics.compiled.length
-        return Reach(
-            efforts=point.efforts,
-            q=point.q,
-            pose=point.pose,
-            distance=distance,
-            angle=float(np.linalg.norm(turn)),
-            reached=point.size <= self.tolerance,
-        )
-
-
-class Sensitivity(NamedTuple):
-    """How an equilibrium follows the efforts."""
-
-    q: Floats  # (n, A) dq/dτ
-    tip: Floats  # (6, A) small rotation and displacement of the tip, world axes, per effort
-
-
-def tip_sensitivity(
-    dynamics: Dynamics,
-    q: Floats,
-    efforts: Floats,
-    time: float = 0.0,
-    *,
-    tip: Floats | None = None,
-    tip_follows: bool = False,
-) -> Sensitivity:
-    """Return the exact derivative of an equilibrium with respect to the efforts.
-
-    Parameters
-    ----------
-    q : (n,) the equilibrium under ``efforts`` (A,), the loads at ``time`` and the wrench ``tip``
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        where the stiffness is singular, as at a limit point.
-    """
-    zero = np.zeros(dynamics.n)
-    stiffness = dynamics.tangents(q, zero, zero, efforts, time, tip, tip_follows)[0]
-    slope: Floats = np.asarray(np.linalg.solve(stiffness, dynamics.effort_matrix(q, efforts)))
-    rotation = dynamics.node_poses(q)[-1][:3, :3]
-    twist = dynamics.tip_jacobian(q) @ slope
-    return Sensitivity(slope, np.vstack([rotation @ twist[:3], rotation @ twist[3:]]))
 
 
 def inverse_kinematics(
@@ -193,9 +68,9 @@ def inverse_kinematics(
     Which of several solutions is found depends on the start. If both position and orientation
     are asked for, an arm length counts as much as a radian.
     """
-    task = _task(dynamics, position, rotation, limits, weights, tolerance)
+    task = make_task(dynamics, position, rotation, limits, weights, tolerance)
     task.loads = {"time": time, "tip": tip, "tip_follows": tip_follows}
-    best: _Point | None = None
+    best: Point | None = None
     failure: StaticsFailed | None = None
     for efforts in _starts(task, start, tries):
         try:
@@ -218,44 +93,7 @@ def inverse_kinematics(
     return closest
 
 
-def _task(
-    dynamics: Dynamics,
-    position: Floats | None,
-    rotation: Floats | None,
-    limits: Floats | None,
-    weights: Floats | None,
-    tolerance: float,
-) -> _Task:
-    """Return the task, checked."""
-    actuators = dynamics.compiled.scene.actuators
-    if position is None and rotation is None:
-        raise ValueError("a position, a rotation or both are needed")
-    if not actuators:
-        raise ValueError(f"{dynamics.compiled.scene.name} has no actuators")
-    if position is not None:
-        position = np.asarray(position, dtype=float)
-        if position.shape != (3,) or not np.isfinite(position).all():
-            raise ValueError(f"position must be three finite numbers, not {position!r}")
-    if rotation is not None:
-        rotation = np.asarray(rotation, dtype=float)
-        if rotation.shape != (3, 3) or not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6):
-            raise ValueError(f"rotation must be a rotation matrix (3, 3), not {rotation!r}")
-    if limits is None:
-        limits = np.array([actuator.limits for actuator in actuators]).T
-    limits = np.asarray(limits, dtype=float)
-    if limits.shape != (2, len(actuators)) or not (limits[0] <= limits[1]).all():
-        raise ValueError(f"limits must be (2, {len(actuators)}), low ≤ high, not {limits!r}")
-    if weights is None:
-        largest = np.abs(limits).max(axis=0)
-        usable = np.isfinite(largest) & (largest > 0.0)
-        weights = 1.0 / np.where(usable, largest, 1.0)
-    weights = np.asarray(weights, dtype=float)
-    if weights.shape != (len(actuators),) or not (weights > 0.0).all():
-        raise ValueError(f"weights must be {len(actuators)} numbers above zero, not {weights!r}")
-    return _Task(dynamics, position, rotation, limits, weights, tolerance)
-
-
-def _starts(task: _Task, start: Floats | None, tries: int) -> list[Floats]:
+def _starts(task: Task, start: Floats | None, tries: int) -> list[Floats]:
     """Return efforts to begin from."""
     actuators = task.dynamics.compiled.scene.actuators
     first = [actuator.safe for actuator in actuators] if start is None else start
@@ -268,7 +106,7 @@ def _starts(task: _Task, start: Floats | None, tries: int) -> list[Floats]:
 
 
 def _bounded_step(
-    matrix: Floats, right: Floats, task: _Task, efforts: Floats, reach: Floats, radius: float
+    matrix: Floats, right: Floats, task: Task, efforts: Floats, reach: Floats, radius: float
 ) -> Floats:
     """Return argmin |matrix δ − right| within limits and trust region; reach: see sensitivities."""
     room = radius / reach
@@ -286,7 +124,7 @@ def _bounded_step(
     return np.clip(step, low, high)
 
 
-def _approach(task: _Task, point: _Point, radius: float = FIRST_RADIUS) -> _Point:
+def _approach(task: Task, point: Point, radius: float = FIRST_RADIUS) -> Point:
     """Return a point at the target, or one that no small change of the efforts brings nearer."""
     for _ in range(APPROACHES):
         if point.size <= 1e-3 * task.tolerance:
@@ -316,14 +154,14 @@ def _approach(task: _Task, point: _Point, radius: float = FIRST_RADIUS) -> _Poin
     return point
 
 
-def _moved(task: _Task, point: _Point, step: Floats) -> _Point | None:
+def _moved(task: Task, point: Point, step: Floats) -> Point | None:
     try:
         return task.at(point.efforts + step, point.q)
     except StaticsFailed:
         return None
 
 
-def _ease(task: _Task, point: _Point) -> _Point:
+def _ease(task: Task, point: Point) -> Point:
     """Return the point at the target with the least weighted effort near ``point``."""
     radius = FIRST_RADIUS
     for _ in range(EASINGS):
