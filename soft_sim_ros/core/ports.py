@@ -130,7 +130,7 @@ def winding(actuator: Path, s: Floats) -> Floats:
     Close to the axis a path turns fast and moves little: there it counts by how far it goes.
     """
     d, slope = actuator.offset(s)[:, 1:], actuator.slope(s)[:, 1:]
-    reach = np.maximum(np.linalg.norm(d, axis=1), 0.1 * np.linalg.norm(d, axis=1).max() + 1e-300)
+    reach = np.maximum(np.linalg.norm(d, axis=1), 0.1 * np.linalg.norm(d, axis=1).max() + 1e-150)
     return np.asarray(np.abs(d[:, 0] * slope[:, 1] - d[:, 1] * slope[:, 0]) / reach**2)
 
 

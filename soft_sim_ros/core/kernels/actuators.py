@@ -8,7 +8,7 @@ position is gain · q (a moment, a joint torque), or a multiple of how much a pa
 import numpy as np
 
 from .friction import TENSION, capstan, capstan_tangent
-from .jit import kernel, unit
+from .jit import bare, kernel, unit
 from .products import add_entries
 from .tendons import (
     add_length,
@@ -28,9 +28,17 @@ def actuation(model, data, q, r):
     A tension T does the work −T δℓ of shortening the path ℓ = ∫ |Γ + K × d + d'| ds.
     """
     for i in range(len(model.port_ptr) - 1):
-        effort = data.effort[i]
         for e in range(model.port_ptr[i], model.port_ptr[i + 1]):
-            r[model.port_col[e]] -= model.port_gain[e] * effort
+            r[model.port_col[e]] -= model.port_gain[e] * data.effort[i]
+    if len(model.tendon_seg) > 0:
+        tendon_forces(model, data, r)
+
+
+@unit
+def tendon_forces(model, data, r):
+    """Subtract the generalised forces of all tendons and chambers from r."""
+    model, data, r = bare(model), bare(data), bare(r)
+    for i in range(len(model.tendon_ptr) - 1):
         if model.tendon_ptr[i] == model.tendon_ptr[i + 1]:
             continue
         tension = pull(model, data, i)[0]
@@ -52,13 +60,20 @@ def actuator_tangent(model, data, alpha, system):
         for j in range(system.left.shape[1]):
             system.left[c, j] = 0.0
             system.right[c, j] = 0.0
-    if alpha[0] != 0.0 or alpha[1] != 0.0:
-        for i in range(len(model.tendon_ptr) - 1):
-            if model.tendon_ptr[i] < model.tendon_ptr[i + 1]:
-                tendon_tangent(model, data, i, alpha, system)
+    if len(model.tendon_seg) > 0 and (alpha[0] != 0.0 or alpha[1] != 0.0):
+        tendon_tangents(model, data, alpha, system)
 
 
 @unit
+def tendon_tangents(model, data, alpha, system):
+    """Add those of all tendons and chambers."""
+    model, data, system = bare(model), bare(data), bare(system)
+    for i in range(len(model.tendon_ptr) - 1):
+        if model.tendon_ptr[i] < model.tendon_ptr[i + 1]:
+            tendon_tangent(model, data, i, alpha, system)
+
+
+@kernel
 def tendon_tangent(model, data, i, alpha, system):
     """Add T ∂²ℓ/∂q² of actuator i, and what its tension does when the shape or its rate changes."""
     tension, stiffness, damping = pull(model, data, i)
@@ -92,6 +107,15 @@ def tendon_tangent(model, data, i, alpha, system):
 @kernel
 def actuator_loss(model, data):
     """Return the power in W that tendons turn into heat, at the last sweep."""
+    if model.couple_ptr[-1] == 0 and len(data.station) == 0:
+        return 0.0  # neither a winch nor friction
+    return tendon_loss(model, data)
+
+
+@unit
+def tendon_loss(model, data):
+    """Return ``actuator_loss`` where there may be some."""
+    model, data = bare(model), bare(data)
     total = 0.0
     for i in range(len(model.tendon_ptr) - 1):
         if model.winch[i, 0] != 0.0:

@@ -195,9 +195,16 @@ def factor(model, system):
     """Factor the whole matrix; return False if it is singular or not finite."""
     if not factor_chain(model, system):
         return False
-    ties, n = system.left.shape
-    if ties == 0:
+    if system.left.shape[0] == 0:
         return True
+    return factor_ties(model, system)
+
+
+@unit
+def factor_ties(model, system):
+    """Factor what ties blocks together, after ``factor_chain``; return False if it is singular."""
+    model, system = bare(model), bare(system)
+    ties, n = system.left.shape
     for c in range(ties):
         for i in range(n):
             system.reach[c, i] = system.left[c, i]
