@@ -34,7 +34,7 @@ ATTEMPTS = 4
 Function = Callable[[], object]
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(error_model="numpy", cache=True)
 def _rotations(count, matrix, out):
     """Multiply 3x3 matrices one after the other, as the recursion over a chain does."""
     for _ in range(count):
