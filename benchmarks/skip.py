@@ -161,6 +161,11 @@ FEATURES = (
         _actuator(tendon="t", rod="rod", offset=[0.01, 0.0], friction=0.2), 1.0, True,
     ),
     Feature(
+        "tendon of commanded length",
+        _actuator(tendon="t", rod="rod", offset=[0.01, 0.0], control="length",
+                  axial_stiffness=1e3), 0.01, True, silent=False,
+    ),
+    Feature(
         "chamber", _actuator(chamber="c", rod="rod", area=1e-4, offset=[0.01, 0.0]), 1e3, True
     ),
     Feature("fixed joint", _body(True, joint="j", kind="fixed")),
