@@ -42,8 +42,8 @@ class Row:
 
     @property
     def type_name(self) -> str:
-        """Type as users of parameter files call it."""
-        kinds = {str: "string", bool: "boolean", int: "integer", float: "number"}
+        """Type as users of parameter files call it, with its article."""
+        kinds = {str: "a string", bool: "a boolean", int: "an integer", float: "a number"}
         return kinds[type(self.default)]
 
     def descriptor(self) -> ParameterDescriptor:
@@ -66,7 +66,7 @@ class Row:
         if kind is float and type(value) is int:
             value = float(value)
         if type(value) is not kind:
-            raise ValueError(f"{self.name} = {value!r}: expected a {self.type_name}")
+            raise ValueError(f"{self.name} = {value!r}: expected {self.type_name}")
         if self.low is not None and self.high is not None:
             assert isinstance(value, int | float)
             if not (math.isfinite(value) and self.low <= value <= self.high):

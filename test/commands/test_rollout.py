@@ -74,3 +74,10 @@ def test_a_second_run_does_not_touch_the_first(recording, scene, call, capsys):
     assert call("rollout", scene, "--duration", 0.1, "--out", recording) == 2
     assert str(recording) in capsys.readouterr().err
     assert {file.name: file.read_bytes() for file in recording.iterdir()} == before
+
+
+def test_a_rate_that_no_whole_number_of_steps_gives_is_said(scene, call, tmp_path, capsys):
+    call("rollout", scene, "--duration", 0.02, "--publish-rate", 300, "--out", tmp_path / "out")
+    assert "recorded 250 times per s, not 300" in capsys.readouterr().err
+    call("rollout", scene, "--duration", 0.02, "--publish-rate", 125, "--out", tmp_path / "other")
+    assert "warning" not in capsys.readouterr().err

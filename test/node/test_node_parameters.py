@@ -73,7 +73,7 @@ def test_an_unknown_override_is_refused_by_name_with_the_nearest_known_one(
         ("real_time_factor:=.nan", "real_time_factor = nan: expected 0 to 1000"),
         ("command_timeout:=-1", "command_timeout = -1.0: expected 0 to"),
         ("poses:=1", "poses = 1: expected 2 to 10000"),
-        ("poses:=20.0", "poses = 20.0: expected a integer"),
+        ("poses:=20.0", "poses = 20.0: expected an integer"),
         ("publish_clock:=1", "publish_clock = 1: expected a boolean"),
         ("frame_id:=tip", "frame_id = 'tip'"),
     ],
