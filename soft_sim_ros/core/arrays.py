@@ -19,8 +19,11 @@ def ints(values: object) -> Ints:
 
 
 def flat_entries(segments: list[Segment]) -> tuple[Ints, Ints, Ints, Floats]:
-    """Return entry_ptr, entry_col, entry_comp and entry_phi of segments (model.py)."""
-    flat = [entry for segment in segments for entry in segment.entries]
+    """Return entry_ptr, entry_col, entry_comp and entry_phi of segments (model.py).
+
+    Entries of a segment come in the order of their strain components.
+    """
+    flat = [e for segment in segments for e in sorted(segment.entries, key=lambda e: e[1])]
     return (
         ints([0, *np.cumsum([len(segment.entries) for segment in segments])]),
         ints([entry[0] for entry in flat]),

@@ -24,7 +24,7 @@ from .chain import ANGULAR, Chain
 from .fibres import flatten_fibres
 from .link import append_link
 from .loads import lump_loads
-from .model import Floats, Loads, Model
+from .model import Floats, Loads, Model, Spatial
 from .ports import Path, flat_ports, winding
 from .quadrature import gauss
 
@@ -137,6 +137,7 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
         **flat_ports(scene, chain),
         chart=ints(chain.charts),
         free=ints(chain.free),
+        space=Spatial(),
     )
 
 

@@ -38,6 +38,28 @@ class Fibres(NamedTuple):
     knots: Floats  # (N, 6) stretch, energy in J/m³ there, stress as a cubic from there on
 
 
+class Spatial(NamedTuple):
+    """Motion in space. The type of ``Model.space`` tells kernels what can move at all."""
+
+    components: tuple[int, ...] = (0, 1, 2, 3, 4, 5)  # components of twists that may not vanish
+
+
+class PlaneXY(NamedTuple):
+    """Motion in the x-y plane of the base frame: kernels skip all that vanishes."""
+
+    components: tuple[int, ...] = (2, 3, 4)
+
+
+class PlaneXZ(NamedTuple):
+    """Motion in the x-z plane of the base frame."""
+
+    components: tuple[int, ...] = (1, 3, 5)
+
+
+Space = Spatial | PlaneXY | PlaneXZ
+SPACES: tuple[type[Space], ...] = (Spatial, PlaneXY, PlaneXZ)
+
+
 class Model(NamedTuple):
     """Immutable arrays of a compiled scene. S segments, S + 1 nodes, n coordinates, B blocks."""
 
@@ -46,7 +68,7 @@ class Model(NamedTuple):
     xi0: Floats  # (S, 2, 6) reference strain at the two Gauss points (rigid offsets: their log)
     entry_ptr: Ints  # (S + 1,) entries of a segment
     entry_col: Ints  # (E,) coordinate
-    entry_comp: Ints  # (E,) strain component 0…5
+    entry_comp: Ints  # (E,) strain component 0…5, ascending within a segment
     entry_phi: Floats  # (E, 2) basis value at the two Gauss points
     inertia: Floats  # (S + 1, 4) lumped mass kg and principal inertia kg·m²
     block_col: Ints  # (B + 1,) first coordinate of a block
@@ -75,6 +97,21 @@ class Model(NamedTuple):
     couple_ptr: Ints  # (A + 1,) columns by which an actuator ties blocks together
     chart: Ints  # (C,) first coordinate of every rotation vector (spherical joints, free base)
     free: Ints  # (0 or 1,) segment that turns a free base; the one before it shifts it
+    space: Space = Spatial()
+
+
+def in_its_plane(model: Model) -> Model:
+    """Return the model, marked as planar if no coordinate can move it out of a plane.
+
+    Strain components without coordinates do not change; if those out of the plane vanish at rest
+    too, no load and no effort moves a node out of the plane, and what would is borne by the
+    section. The wrench in ``Data`` then lacks what is borne.
+    """
+    for space in (PlaneXY(), PlaneXZ()):
+        out = [c for c in range(6) if c not in space.components]
+        if not np.isin(model.entry_comp, out).any() and not model.xi0[:, :, out].any():
+            return model._replace(space=space)
+    return model
 
 
 class Data(NamedTuple):

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from .kernels import rotation
 from .kernels.dual import load_twist
-from .kernels.jit import kernel
+from .kernels.jit import unit
 from .model import Floats
 
 
@@ -30,7 +30,7 @@ def skew(w: Floats) -> Floats:
     return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
 
 
-@kernel
+@unit
 def _exp(x, out):
     w, v = load_twist(x)
     c = rotation.stumpff(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
@@ -44,7 +44,12 @@ def _exp(x, out):
     out[3, 3] = 1.0
 
 
-@kernel
+@unit
+def _stumpff(x):
+    return rotation.stumpff(x)
+
+
+@unit
 def _tangent(x, out):
     o = load_twist(x)
     w = o[0]
@@ -70,7 +75,7 @@ def log(g: Floats) -> Floats:
     angle2 = float(w @ w)
     # p = V v with V = T(−ω), and V⁻¹ = 1 − ω×/2 + k ω×ω× with k = (c₃ − 2c₄)/(2c₂) at every angle
     # below 2π
-    c = rotation.stumpff(angle2)
+    c = _stumpff(angle2)
     k = (c[3] - 2.0 * c[4]) / (2.0 * c[2])
     p = g[:3, 3]
     v = p - 0.5 * np.cross(w, p) + k * np.cross(w, np.cross(w, p))

@@ -24,7 +24,7 @@ from .kernels.newton import (
     addresses,
     new_work,
 )
-from .model import Floats
+from .model import Floats, in_its_plane
 from .sampler import Sampler
 from .statics import equilibrium
 
@@ -57,6 +57,8 @@ class Simulation:
     Parameters
     ----------
     scene : Scene
+    prune : bool
+        whether a planar motion is computed in its plane (same numbers, less work)
 
     Attributes
     ----------
@@ -70,7 +72,7 @@ class Simulation:
     ``advance`` calls does not change a bit of it.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, prune: bool = True) -> None:
         self.scene = scene
         self.dynamics = Dynamics(scene)
         self.compiled = self.dynamics.compiled
@@ -87,7 +89,9 @@ class Simulation:
         parts = 2 if len(self.model.branch) else 1
         held = np.diag(self.dynamics.branch_matrix()) > 0.0
         weight = np.concatenate([self.model.weight, self.model.weight * held])
-        self._stepped = self.model._replace(weight=weight[: parts * self.n_coordinates])
+        stepped = self.model._replace(weight=weight[: parts * self.n_coordinates])
+        # steps run in the plane of the motion if there is one; what is read off sees all of space
+        self._stepped = in_its_plane(stepped) if prune else stepped
         self._work = new_work(self._stepped, max(1, self._method[0].shape[0] - 1))
         self._q, self._v = np.zeros((2, parts * self.n_coordinates))
         self.q, self.v = self._q[: self.n_coordinates], self._v[: self.n_coordinates]

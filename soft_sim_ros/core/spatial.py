@@ -23,7 +23,7 @@ import numpy as np
 from . import se3
 from .dynamics import Dynamics
 from .kernels.dual import load_twist, store_twist
-from .kernels.jit import kernel
+from .kernels.jit import unit
 from .kernels.rotation import stumpff, tangent_apply
 from .kernels.sweep import inverse_dynamics as material_inverse_dynamics
 from .model import Floats
@@ -42,7 +42,7 @@ class SpatialMotion(NamedTuple):
     wrench: Floats  # (nodes, 6) sum of ``force`` from a node to the tip
 
 
-@kernel
+@unit
 def _segment_velocity(x, out):
     """Fill out (2, 6) with T(Ω) Ω̇ and its rate for x (3, 6) = Ω, Ω̇, Ω̈."""
     o = load_twist(x[0])

@@ -11,57 +11,48 @@ from .dual import (
     dskew,
     dspherical,
     dtranspose,
-    load_mat,
-    load_twist,
-    load_vec,
-    load_wrench,
     mul,
     rmscale,
     skew,
 )
-from .jit import bare, kernel, unit
+from .jit import algebra, bare, unit
 from .rotation import cotangent_apply, cotangent_derivative, stumpff, tangent_jet
+from .spaces import (
+    keep_hankel,
+    keep_motion,
+    polar_of,
+    rotation_of,
+    twist_of,
+    wrench_of,
+)
 from .sweep import place
 
 
-@kernel
-def put_lower(out, m):
-    """Write the dual matrix m as the 6x6 matrix of a map between twists."""
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = m[0][3 * i + j]
-            out[i + 3, j + 3] = m[0][3 * i + j]
-            out[i + 3, j] = m[1][3 * i + j]
-            out[i, j + 3] = 0.0
-
-
-@kernel
-def put_hankel(out, m):
-    """Write the dual matrix m as the 6x6 matrix of a map from twists (w, v) to wrenches (M, N)."""
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = m[1][3 * i + j]
-            out[i, j + 3] = m[0][3 * i + j]
-            out[i + 3, j] = m[0][3 * i + j]
-            out[i + 3, j + 3] = 0.0
-
-
-@kernel
+@algebra
 def pose_derivatives(model, data, k, columns):
-    """Fill columns (6, 6, 6): base-frame twist of node k + 1 per unit ξ₁, ξ₂, and its rates.
+    """Fill columns (6, rows, 6): base-frame twist of node k + 1 per unit ξ₁, ξ₂, and its rates.
 
     Order of the first index: P₁, P₂, Ṗ₁, Ṗ₂, P̈₁, P̈₂.
     """
+    space = model.space
     half, kappa = model.half[k], model.kappa[k]
-    o = load_twist(data.omega[k, 0])
+    o = twist_of(space, data.omega[k, 0])
     t, t1, t2 = tangent_jet(
-        o, load_twist(data.omega[k, 1]), load_twist(data.omega[k, 2]), stumpff(dot(o[0], o[0]))
+        o,
+        twist_of(space, data.omega[k, 1]),
+        twist_of(space, data.omega[k, 2]),
+        stumpff(dot(o[0], o[0])),
     )
-    rotation, position = load_mat(data.rotation[k + 1]), load_vec(data.position[k + 1])
+    rotation, position = (
+        rotation_of(space, data.rotation[k + 1]),
+        polar_of(space, data.position[k + 1]),
+    )
     frame = (rotation, mul(skew(position), rotation))
-    eta = dskew(load_twist(data.eta[k + 1]))
-    acc = load_twist(data.acc[k + 1])
-    gravity = dapply_t((rotation, skew((0.0, 0.0, 0.0))), (load_vec(data.gravity), (0.0, 0.0, 0.0)))
+    eta = dskew(twist_of(space, data.eta[k + 1]))
+    acc = twist_of(space, data.acc[k + 1])
+    gravity = dapply_t(
+        (rotation, skew((0.0, 0.0, 0.0))), (polar_of(space, data.gravity), (0.0, 0.0, 0.0))
+    )
     eta_rate = dskew((acc[0], add(acc[1], gravity[0])))
     s = dmul(eta, t)
     s1 = dmadd(s, t1)
@@ -70,36 +61,39 @@ def pose_derivatives(model, data, k, columns):
     for g in range(2):
         other = 1 - g
         sign = -kappa if g == 0 else kappa
-        e = dmadd(dspherical((half, 0.0)), rmscale(sign, dskew(load_twist(data.xi[k, other, 0]))))
-        put_lower(columns[g], dmul(m, e))
+        e = dmadd(
+            dspherical((half, 0.0)), rmscale(sign, dskew(twist_of(space, data.xi[k, other, 0])))
+        )
+        keep_motion(space, columns[g], dmul(m, e))
         if kappa == 0.0:
-            put_lower(columns[2 + g], dmul(m1, e))
-            put_lower(columns[4 + g], dmul(m2, e))
+            keep_motion(space, columns[2 + g], dmul(m1, e))
+            keep_motion(space, columns[4 + g], dmul(m2, e))
         else:
-            e1 = rmscale(sign, dskew(load_twist(data.xi[k, other, 1])))
-            e2 = rmscale(sign, dskew(load_twist(data.xi[k, other, 2])))
-            put_lower(columns[2 + g], dmadd(dmul(m1, e), dmul(m, e1)))
+            e1 = rmscale(sign, dskew(twist_of(space, data.xi[k, other, 1])))
+            e2 = rmscale(sign, dskew(twist_of(space, data.xi[k, other, 2])))
+            keep_motion(space, columns[2 + g], dmadd(dmul(m1, e), dmul(m, e1)))
             p2 = dmadd(dmul(m2, e), dmadd(rmscale(2.0, dmul(m1, e1)), dmul(m, e2)))
-            put_lower(columns[4 + g], p2)
+            keep_motion(space, columns[4 + g], p2)
 
 
-@kernel
+@algebra
 def local_stiffness(model, data, k, hessian):
     """Fill hessian (2, 2, 6, 6): derivative of the duals of ξ₁, ξ₂ at a fixed wrench beyond."""
+    space = model.space
     half, kappa = model.half[k], model.kappa[k]
-    o = load_twist(data.omega[k, 0])
+    o = twist_of(space, data.omega[k, 0])
     c = stumpff(dot(o[0], o[0]))
-    f = load_wrench(data.wrench[k + 1])
+    f = wrench_of(space, data.wrench[k + 1])
     q = cotangent_derivative(o, f, c)
     y = dskew(cotangent_apply(o, f, c))
-    x1, x2 = load_twist(data.xi[k, 0, 0]), load_twist(data.xi[k, 1, 0])
+    x1, x2 = twist_of(space, data.xi[k, 0, 0]), twist_of(space, data.xi[k, 1, 0])
     e1 = dmadd(dspherical((half, 0.0)), rmscale(-kappa, dskew(x2)))
     e2 = dmadd(dspherical((half, 0.0)), rmscale(kappa, dskew(x1)))
     qe1, qe2 = dmul(q, e1), dmul(q, e2)
-    put_hankel(hessian[0, 0], dmul(dtranspose(e1), qe1))
-    put_hankel(hessian[0, 1], dmadd(dmul(dtranspose(e1), qe2), rmscale(-kappa, y)))
-    put_hankel(hessian[1, 0], dmadd(dmul(dtranspose(e2), qe1), rmscale(kappa, y)))
-    put_hankel(hessian[1, 1], dmul(dtranspose(e2), qe2))
+    keep_hankel(space, hessian[0, 0], dmul(dtranspose(e1), qe1))
+    keep_hankel(space, hessian[0, 1], dmadd(dmul(dtranspose(e1), qe2), rmscale(-kappa, y)))
+    keep_hankel(space, hessian[1, 0], dmadd(dmul(dtranspose(e2), qe1), rmscale(kappa, y)))
+    keep_hankel(space, hessian[1, 1], dmul(dtranspose(e2), qe2))
 
 
 @unit

@@ -15,10 +15,11 @@ def drag_wrench(model, k, eta):
 
 
 @kernel
-def drag_tangent(model, k, rotation, p, gyro):
-    """Add D in the base frame to gyro, the 6x6 matrix that acts on the rate of a variation.
+def drag_matrices(model, k, rotation, p):
+    """Return the angular, arm and linear 3x3 blocks of D in the base frame.
 
-    The body twist varies by the body components of ζ̇ (theory.md), so no other term is left.
+    They act on the rate of a variation: the body twist varies by the body components of ζ̇
+    (theory.md), so no other term is left.
     """
     d = model.drag[k]
     scaled = (
@@ -34,13 +35,7 @@ def drag_tangent(model, k, rotation, p, gyro):
     )
     offset = madd(spherical(d[0] * dot(p, p)), mscale(-d[0], outer(p, p)))
     angular = madd(mul(scaled, transpose(rotation)), offset)
-    arm = mscale(d[0], skew(p))
-    for a in range(3):
-        gyro[a + 3, a + 3] += d[0]
-        for b in range(3):
-            gyro[a, b] += angular[3 * a + b]
-            gyro[a, b + 3] += arm[3 * a + b]
-            gyro[a + 3, b] -= arm[3 * a + b]
+    return angular, mscale(d[0], skew(p)), spherical(d[0])
 
 
 @kernel

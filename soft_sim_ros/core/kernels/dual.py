@@ -8,42 +8,42 @@ Types: ``vec`` = 3-tuple, ``mat`` = 9-tuple by rows; dual scalar, vector, matrix
 part).
 """
 
-from .jit import kernel
+from .jit import algebra
 
 # ---- real vectors and matrices ----------------------------------------------------------------
 
 
-@kernel
+@algebra
 def add(a, b):
     """Return a + b."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
-@kernel
+@algebra
 def sub(a, b):
     """Return a - b."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-@kernel
+@algebra
 def scale(s, a):
     """Return s a."""
     return (s * a[0], s * a[1], s * a[2])
 
 
-@kernel
+@algebra
 def dot(a, b):
     """Return a · b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@kernel
+@algebra
 def cross(a, b):
     """Return a × b."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-@kernel
+@algebra
 def apply(m, a):
     """Return the product of matrix m and vector a."""
     return (
@@ -53,7 +53,7 @@ def apply(m, a):
     )
 
 
-@kernel
+@algebra
 def apply_t(m, a):
     """Return the product of the transposed matrix m and vector a."""
     return (
@@ -63,13 +63,13 @@ def apply_t(m, a):
     )
 
 
-@kernel
+@algebra
 def transpose(m):
     """Return the transpose of m."""
     return (m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8])
 
 
-@kernel
+@algebra
 def mul(a, b):
     """Return the matrix product a b."""
     return (
@@ -85,7 +85,7 @@ def mul(a, b):
     )
 
 
-@kernel
+@algebra
 def madd(a, b):
     """Return the matrix sum a + b."""
     return (
@@ -101,7 +101,7 @@ def madd(a, b):
     )
 
 
-@kernel
+@algebra
 def mscale(s, a):
     """Return the matrix s a."""
     return (
@@ -117,13 +117,13 @@ def mscale(s, a):
     )
 
 
-@kernel
+@algebra
 def skew(a):
     """Return the matrix of a ×."""
     return (0.0, -a[2], a[1], a[2], 0.0, -a[0], -a[1], a[0], 0.0)
 
 
-@kernel
+@algebra
 def outer(a, b):
     """Return the matrix a bᵀ."""
     return (
@@ -139,7 +139,7 @@ def outer(a, b):
     )
 
 
-@kernel
+@algebra
 def spherical(s):
     """Return s times the identity matrix."""
     return (s, 0.0, 0.0, 0.0, s, 0.0, 0.0, 0.0, s)
@@ -148,103 +148,103 @@ def spherical(s):
 # ---- dual numbers -----------------------------------------------------------------------------
 
 
-@kernel
+@algebra
 def smul(s, t):
     """Return the product of dual scalars."""
     return (s[0] * t[0], s[0] * t[1] + s[1] * t[0])
 
 
-@kernel
+@algebra
 def sadd(s, t):
     """Return the sum of dual scalars."""
     return (s[0] + t[0], s[1] + t[1])
 
 
-@kernel
+@algebra
 def dadd(a, b):
     """Return the sum of dual vectors."""
     return (add(a[0], b[0]), add(a[1], b[1]))
 
 
-@kernel
+@algebra
 def dsub(a, b):
     """Return the difference of dual vectors."""
     return (sub(a[0], b[0]), sub(a[1], b[1]))
 
 
-@kernel
+@algebra
 def rscale(s, a):
     """Return the real number s times the dual vector a."""
     return (scale(s, a[0]), scale(s, a[1]))
 
 
-@kernel
+@algebra
 def dscale(s, a):
     """Return the dual scalar s times the dual vector a."""
     return (scale(s[0], a[0]), add(scale(s[0], a[1]), scale(s[1], a[0])))
 
 
-@kernel
+@algebra
 def ddot(a, b):
     """Return the dual scalar product."""
     return (dot(a[0], b[0]), dot(a[0], b[1]) + dot(a[1], b[0]))
 
 
-@kernel
+@algebra
 def dcross(a, b):
     """Return the dual cross product: the Lie bracket of se(3) for twists."""
     return (cross(a[0], b[0]), add(cross(a[0], b[1]), cross(a[1], b[0])))
 
 
-@kernel
+@algebra
 def dmul(a, b):
     """Return the product of dual matrices."""
     return (mul(a[0], b[0]), madd(mul(a[0], b[1]), mul(a[1], b[0])))
 
 
-@kernel
+@algebra
 def dtranspose(a):
     """Return the transpose of a dual matrix."""
     return (transpose(a[0]), transpose(a[1]))
 
 
-@kernel
+@algebra
 def dmadd(a, b):
     """Return the sum of dual matrices."""
     return (madd(a[0], b[0]), madd(a[1], b[1]))
 
 
-@kernel
+@algebra
 def rmscale(s, a):
     """Return the real number s times the dual matrix a."""
     return (mscale(s, a[0]), mscale(s, a[1]))
 
 
-@kernel
+@algebra
 def dmscale(s, a):
     """Return the dual scalar s times the dual matrix a."""
     return (mscale(s[0], a[0]), madd(mscale(s[0], a[1]), mscale(s[1], a[0])))
 
 
-@kernel
+@algebra
 def dskew(a):
     """Return the dual matrix of a ×."""
     return (skew(a[0]), skew(a[1]))
 
 
-@kernel
+@algebra
 def douter(a, b):
     """Return the dual matrix a bᵀ."""
     return (outer(a[0], b[0]), madd(outer(a[0], b[1]), outer(a[1], b[0])))
 
 
-@kernel
+@algebra
 def dspherical(s):
     """Return the dual scalar s times the identity."""
     return (spherical(s[0]), spherical(s[1]))
 
 
-@kernel
+@algebra
 def dapply_t(m, a):
     """Return the product of the transposed dual matrix and a dual vector."""
     return (apply_t(m[0], a[0]), add(apply_t(m[0], a[1]), apply_t(m[1], a[0])))
@@ -253,51 +253,51 @@ def dapply_t(m, a):
 # ---- arrays -----------------------------------------------------------------------------------
 
 
-@kernel
+@algebra
 def load_twist(row):
     """Return the dual vector of an array (w, v)."""
     return ((row[0], row[1], row[2]), (row[3], row[4], row[5]))
 
 
-@kernel
+@algebra
 def store_twist(row, a):
     """Write a dual vector as (w, v)."""
     row[0], row[1], row[2] = a[0]
     row[3], row[4], row[5] = a[1]
 
 
-@kernel
+@algebra
 def load_wrench(row):
     """Return the dual vector N + εM of an array (M, N)."""
     return ((row[3], row[4], row[5]), (row[0], row[1], row[2]))
 
 
-@kernel
+@algebra
 def store_wrench(row, f):
     """Write a dual vector N + εM as (M, N)."""
     row[3], row[4], row[5] = f[0]
     row[0], row[1], row[2] = f[1]
 
 
-@kernel
+@algebra
 def load_vec(row):
     """Return a 3-tuple of an array."""
     return (row[0], row[1], row[2])
 
 
-@kernel
+@algebra
 def store_vec(row, a):
     """Write a 3-tuple."""
     row[0], row[1], row[2] = a
 
 
-@kernel
+@algebra
 def load_mat(row):
     """Return the 9-tuple of a flat array."""
     return (row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8])
 
 
-@kernel
+@algebra
 def store_mat(row, m):
     """Write a 9-tuple to a flat array."""
     for i in range(9):

@@ -2,11 +2,11 @@
 
 from .actuators import actuator_loss
 from .drag import drag_power
-from .jit import kernel
+from .jit import bare, kernel, unit
 from .maxwell import branch_power
 
 
-@kernel
+@unit
 def schedule_factor(start, end, ramp, t):
     """Return the fraction of a load at time t in s (scene.Schedule.factor, the same law)."""
     if not (start <= t < end):
@@ -32,12 +32,13 @@ def inside(t, h, c):
     return min(max(t + h * c, t + near), t + h - near)
 
 
-@kernel
+@unit
 def apply_loads(loads, tip, tip_follows, t, share, data):
     """Fill data.dead and data.follower at time t in s.
 
     Share times the scheduled loads and the tip wrench (6,).
     """
+    loads, tip, data = bare(loads), bare(tip), bare(data)
     count = len(loads.follows)
     last = data.dead.shape[0] - 1
     acting = False

@@ -42,8 +42,18 @@ def cache_directory() -> Path:
 _CACHE = str(cache_directory())
 _intrinsic: Any = intrinsic
 _options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+# Algebra may take 0·x = 0 and x + 0 = x: bits of finite numbers stay as they are, up to the sign of
+# zeros, and literal zeros vanish from compiled code (spaces.py).
+ALGEBRA: dict[str, Any] = {
+    "error_model": "numpy",
+    "forceinline": True,
+    "fastmath": {"nnan", "nsz"},
+}
 _TUPLE: Any = numba.types.BaseTuple
-_inlined: Any = numba.njit(**_options, forceinline=True)
+# Inlined code is never called from Python: wrappers would take most of the time of compilation.
+_BARE: dict[str, Any] = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_inlined: Any = numba.njit(**_options, **_BARE)
+_algebra: Any = numba.njit(**(_options | ALGEBRA | _BARE))
 _unit: Any = numba.njit(**_options)
 
 
@@ -55,6 +65,14 @@ def kernel(function: F) -> F:
     is what re-simulation relies on. It costs nothing that can be measured.
     """
     return _cached(_inlined, function)
+
+
+def algebra(function: F) -> F:
+    """Compile like ``kernel``, for arithmetic that may rely on all numbers being finite.
+
+    Nothing may be tested for NaN in it.
+    """
+    return _cached(_algebra, function)
 
 
 def unit(function: F) -> F:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..model import Data, Floats, Ints, Model
 from .fibres import lawful
-from .jit import address, bare, call_residual, call_tangent, kernel, unit
+from .jit import address, bare, call_residual, call_tangent, unit
 from .maxwell import branch_forces, branch_tangent, relax
 from .momentum import uphold
 from .sweep import inverse_dynamics
@@ -84,13 +84,14 @@ def new_work(model: Model, stages: int) -> Work:
     )
 
 
-@kernel
+@unit
 def admissible(model, data):
     """Return CONVERGED if the rods of the last sweep are rods still, else what is wrong with them.
 
     Beyond half a turn within one segment the Magnus step means nothing, and at a stretch of zero
     the rod is crushed: equilibria and motions there solve the equations, but no physics.
     """
+    model, data = bare(model), bare(data)
     for k in range(len(model.half)):
         if model.kappa[k] == 0.0:
             continue

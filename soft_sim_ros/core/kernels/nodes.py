@@ -1,14 +1,11 @@
-"""The 6x6 matrices of one node, in the base frame, that the tangent needs."""
+"""The matrices of one node, in the base frame, that the tangent needs."""
 
-from .drag import drag_tangent
+from .drag import drag_matrices
 from .dual import (
     add,
     apply,
     cross,
     dot,
-    load_mat,
-    load_twist,
-    load_vec,
     madd,
     mscale,
     mul,
@@ -18,15 +15,17 @@ from .dual import (
     spherical,
     transpose,
 )
-from .jit import kernel
+from .jit import algebra
+from .spaces import axial_of, keep_blocks, polar_of, rotation_of, twist_of
 
 
-@kernel
+@algebra
 def node_matrices(model, data, k, inertia, gyro, turning):
-    """Fill the base-frame 6x6 matrices I, G and D of node k."""
+    """Fill the base-frame matrices I, G and D (rows, rows) of node k."""
+    space = model.space
     mass = model.inertia[k, 0]
-    rotation, p = load_mat(data.rotation[k]), load_vec(data.position[k])
-    eta = load_twist(data.eta[k])
+    rotation, p = rotation_of(space, data.rotation[k]), polar_of(space, data.position[k])
+    eta = twist_of(space, data.eta[k])
     j = (model.inertia[k, 1], model.inertia[k, 2], model.inertia[k, 3])
     scaled = (
         rotation[0] * j[0],
@@ -59,25 +58,19 @@ def node_matrices(model, data, k, inertia, gyro, turning):
     arm_rate = mscale(mass, skew(v_node))
     hm, hn = skew(h_moment), skew(push)
     # dead wrench and weight, turning with the section in body components: δF = ω × (…)
-    force, moment = scale(mass, load_vec(data.gravity)), (0.0, 0.0, 0.0)
+    force, moment = scale(mass, polar_of(space, data.gravity)), (0.0, 0.0, 0.0)
     if data.active[0] != 0:
-        force, moment = add(force, load_vec(data.dead[k, 3:])), load_vec(data.dead[k])
+        force, moment = add(force, polar_of(space, data.dead[k, 3:])), axial_of(space, data.dead[k])
     fx = skew(force)
     turn_moment = madd(skew(moment), mul(px, fx))
-    for a in range(3):
-        for b in range(3):
-            i = 3 * a + b
-            inertia[a, b] = angular[i]
-            inertia[a, b + 3] = arm[i]
-            inertia[a + 3, b] = -arm[i]
-            inertia[a + 3, b + 3] = mass if a == b else 0.0
-            gyro[a, b] = angular_rate[i] - hm[i]
-            gyro[a, b + 3] = arm_rate[i] - hn[i]
-            gyro[a + 3, b] = -arm_rate[i] - hn[i]
-            gyro[a + 3, b + 3] = 0.0
-            turning[a, b] = -turn_moment[i]
-            turning[a, b + 3] = 0.0
-            turning[a + 3, b] = -fx[i]
-            turning[a + 3, b + 3] = 0.0
+    none = spherical(0.0)
+    turned = madd(angular_rate, mscale(-1.0, hm))
+    pushed, swung = madd(arm_rate, mscale(-1.0, hn)), mscale(-1.0, madd(arm_rate, hn))
+    dragged = none
     if len(model.drag) > 0:
-        drag_tangent(model, k, rotation, p, gyro)
+        drag_angular, drag_arm, dragged = drag_matrices(model, k, rotation, p)
+        turned, pushed = madd(turned, drag_angular), madd(pushed, drag_arm)
+        swung = madd(swung, mscale(-1.0, drag_arm))
+    keep_blocks(space, inertia, angular, arm, mscale(-1.0, arm), spherical(mass))
+    keep_blocks(space, gyro, turned, pushed, swung, dragged)
+    keep_blocks(space, turning, mscale(-1.0, turn_moment), none, mscale(-1.0, fx), none)

@@ -1,45 +1,36 @@
-"""Products of 6-row matrices, written so that the inner loop runs along contiguous columns."""
+"""Products of matrices with a row for every component of a twist.
+
+Written so that the inner loop runs along contiguous columns.
+"""
 
 from .jit import kernel
 
 
 @kernel
-def product(matrix, x, out):
-    """Out = matrix (6, 6) times x (6, m)."""
-    for i in range(6):
-        for j in range(x.shape[1]):
-            out[i, j] = 0.0
-        for c in range(6):
-            s = matrix[i, c]
-            for j in range(x.shape[1]):
-                out[i, j] += s * x[c, j]
-
-
-@kernel
-def product_add(matrix, x, out, factor):
-    """Out += factor times matrix (6, 6) times x (6, m)."""
-    for i in range(6):
-        for c in range(6):
+def add_product(matrix, x, out, factor, size):
+    """Out += factor times matrix (size, size) times x (size, m)."""
+    for i in range(size):
+        for c in range(size):
             s = factor * matrix[i, c]
             for j in range(x.shape[1]):
                 out[i, j] += s * x[c, j]
 
 
 @kernel
-def product_t_add(matrix, x, out, factor):
-    """Out += factor times transposed matrix (6, 6) times x (6, m)."""
-    for i in range(6):
-        for c in range(6):
+def add_product_t(matrix, x, out, factor, size):
+    """Out += factor times transposed matrix (size, size) times x (size, m)."""
+    for i in range(size):
+        for c in range(size):
             s = factor * matrix[c, i]
             for j in range(x.shape[1]):
                 out[i, j] += s * x[c, j]
 
 
 @kernel
-def gram_add(left, right, matrix):
-    """Add leftᵀ right to matrix (m, m), left and right (6, m)."""
+def add_gram(left, right, matrix, size):
+    """Add leftᵀ right to matrix (m, m), left and right (size, m)."""
     for i in range(left.shape[1]):
-        for c in range(6):
+        for c in range(size):
             s = left[c, i]
             for j in range(right.shape[1]):
                 matrix[i, j] += s * right[c, j]

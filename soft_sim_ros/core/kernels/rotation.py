@@ -34,7 +34,7 @@ from .dual import (
     smul,
     spherical,
 )
-from .jit import kernel
+from .jit import algebra
 
 # Above this squared angle the trigonometric start is accurate; below it the series of c8 and c9
 # converges fast.
@@ -44,7 +44,7 @@ EVEN = tuple(1.0 / ((2 * j + 7) * (2 * j + 8)) for j in range(TERMS + 1))
 ODD = tuple(1.0 / ((2 * j + 8) * (2 * j + 9)) for j in range(TERMS + 1))
 
 
-@kernel
+@algebra
 def stumpff(x):
     """Return (c0 … c9)(x) for x ≥ 0."""
     if x < SERIES_LIMIT:
@@ -78,37 +78,37 @@ def stumpff(x):
     return (c0, c1, c2, c3, c4, c5, c6, c7, c8, c9)
 
 
-@kernel
+@algebra
 def first(k, c):
     """Return dc_k/dx."""
     return 0.5 * (k * c[k + 2] - c[k + 1])
 
 
-@kernel
+@algebra
 def second(k, c):
     """Return d²c_k/dx²."""
     return 0.5 * (k * first(k + 2, c) - first(k + 1, c))
 
 
-@kernel
+@algebra
 def third(k, c):
     """Return d³c_k/dx³."""
     return 0.5 * (k * second(k + 2, c) - second(k + 1, c))
 
 
-@kernel
+@algebra
 def rotation_exp(w, c):
     """Return exp(w×) as a matrix; c = stumpff(w·w)."""
     return madd(spherical(c[0]), madd(mscale(c[1], skew(w)), mscale(c[2], outer(w, w))))
 
 
-@kernel
+@algebra
 def exp_translation(w, v, c):
     """Return the translation of exp(w + εv); c = stumpff(w·w)."""
     return add(add(scale(c[1], v), scale(c[2], cross(w, v))), scale(c[3] * dot(w, v), w))
 
 
-@kernel
+@algebra
 def tangent_apply(o, u, z, c):
     """Return T(Ω)Ω̇ and its rate for the dual vectors Ω = o, Ω̇ = u, Ω̈ = z; c = stumpff(ω·ω)."""
     x1 = 2.0 * dot(o[0], o[1])
@@ -130,7 +130,7 @@ def tangent_apply(o, u, z, c):
     return velocity, rate
 
 
-@kernel
+@algebra
 def cotangent_apply(o, f, c):
     """Return T(Ω)ᵀΛ for the wrench f = N + εM: the force dual to Ω."""
     x1 = 2.0 * dot(o[0], o[1])
@@ -140,7 +140,7 @@ def cotangent_apply(o, f, c):
     return dadd(dadd(dscale(a, f), dscale(b, dcross(o, f))), dscale(smul(g, ddot(o, f)), o))
 
 
-@kernel
+@algebra
 def cotangent_derivative(o, f, c):
     """Return the dual matrix Q with d(T(Ω)ᵀΛ) = Q dΩ at fixed Λ."""
     x1 = 2.0 * dot(o[0], o[1])
@@ -155,7 +155,7 @@ def cotangent_derivative(o, f, c):
     return dmadd(q, dmscale(g, dmadd(dspherical(of), douter(o, f))))
 
 
-@kernel
+@algebra
 def tangent_map(o, c):
     """Return T(Ω) as a dual matrix."""
     x1 = 2.0 * dot(o[0], o[1])
@@ -165,7 +165,7 @@ def tangent_map(o, c):
     return dmadd(dmadd(dspherical(a), dskew(dscale((-b[0], -b[1]), o))), dmscale(g, douter(o, o)))
 
 
-@kernel
+@algebra
 def tangent_jet(o, u, z, c):
     """Return T(Ω) and its first and second time derivatives as dual matrices."""
     x1 = 2.0 * dot(o[0], o[1])

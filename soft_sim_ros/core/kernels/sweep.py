@@ -20,59 +20,74 @@ from .dual import (
     dcross,
     dot,
     dsub,
-    load_mat,
-    load_twist,
-    load_vec,
-    load_wrench,
     mul,
     rscale,
     scale,
-    store_mat,
-    store_twist,
-    store_vec,
-    store_wrench,
     sub,
 )
 from .fibres import fibre_forces
-from .jit import bare, kernel, unit
+from .jit import algebra, bare, kernel, unit
 from .rotation import cotangent_apply, exp_translation, rotation_exp, stumpff, tangent_apply
+from .spaces import (
+    keep_polar,
+    keep_rotation,
+    keep_twist,
+    keep_wrench,
+    polar_of,
+    rotation_of,
+    twist_of,
+    wrench_of,
+)
 
 
 @kernel
 def strains(model, data, q, v, a):
-    """Fill data.xi: strain, rate and acceleration at both Gauss points of every segment."""
+    """Fill data.xi: strain, rate and acceleration at both Gauss points of every segment.
+
+    Entries of a segment are in the order of their components, so each component is summed up in
+    registers; rates without coordinates are the zeros they were allocated as.
+    """
     xi = data.xi
     for k in range(len(model.half)):
         for i in range(2):
             for c in range(6):
                 xi[k, i, 0, c] = model.xi0[k, i, c]
-                xi[k, i, 1, c] = 0.0
-                xi[k, i, 2, c] = 0.0
-        for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
-            col, c = model.entry_col[e], model.entry_comp[e]
-            for i in range(2):
-                phi = model.entry_phi[e, i]
-                xi[k, i, 0, c] += phi * q[col]
-                xi[k, i, 1, c] += phi * v[col]
-                xi[k, i, 2, c] += phi * a[col]
+        e, end = model.entry_ptr[k], model.entry_ptr[k + 1]
+        while e < end:
+            c = model.entry_comp[e]
+            x1, x2, u1, u2, z1, z2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            while e < end and model.entry_comp[e] == c:
+                col, phi1, phi2 = model.entry_col[e], model.entry_phi[e, 0], model.entry_phi[e, 1]
+                x1 += phi1 * q[col]
+                x2 += phi2 * q[col]
+                u1 += phi1 * v[col]
+                u2 += phi2 * v[col]
+                z1 += phi1 * a[col]
+                z2 += phi2 * a[col]
+                e += 1
+            xi[k, 0, 0, c] += x1
+            xi[k, 1, 0, c] += x2
+            xi[k, 0, 1, c], xi[k, 1, 1, c] = u1, u2
+            xi[k, 0, 2, c], xi[k, 1, 2, c] = z1, z2
 
 
-@kernel
+@algebra
 def kinematics(model, data):
     """Carry twist and acceleration from base to tip; data.xi must be filled.
 
     data.acc is the acceleration minus gravity, which makes weight an inertial force.
     """
-    gravity = load_vec(data.gravity)
+    space = model.space
+    gravity = polar_of(space, data.gravity)
     eta = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     acc = ((0.0, 0.0, 0.0), scale(-1.0, gravity))
-    store_twist(data.eta[0], eta)
-    store_twist(data.acc[0], acc)
+    keep_twist(space, data.eta[0], eta)
+    keep_twist(space, data.acc[0], acc)
     for k in range(len(model.half)):
         half, kappa = model.half[k], model.kappa[k]
-        x1, x2 = load_twist(data.xi[k, 0, 0]), load_twist(data.xi[k, 1, 0])
-        u1, u2 = load_twist(data.xi[k, 0, 1]), load_twist(data.xi[k, 1, 1])
-        z1, z2 = load_twist(data.xi[k, 0, 2]), load_twist(data.xi[k, 1, 2])
+        x1, x2 = twist_of(space, data.xi[k, 0, 0]), twist_of(space, data.xi[k, 1, 0])
+        u1, u2 = twist_of(space, data.xi[k, 0, 1]), twist_of(space, data.xi[k, 1, 1])
+        z1, z2 = twist_of(space, data.xi[k, 0, 2]), twist_of(space, data.xi[k, 1, 2])
         omega, u, z = (
             rscale(half, dadd(x1, x2)),
             rscale(half, dadd(u1, u2)),
@@ -83,40 +98,43 @@ def kinematics(model, data):
             u = dadd(u, rscale(kappa, dadd(dcross(u1, x2), dcross(x1, u2))))
             bracket = dadd(dcross(z1, x2), dcross(x1, z2))
             z = dadd(z, rscale(kappa, dadd(bracket, rscale(2.0, dcross(u1, u2)))))
-        store_twist(data.omega[k, 0], omega)
-        store_twist(data.omega[k, 1], u)
-        store_twist(data.omega[k, 2], z)
+        keep_twist(space, data.omega[k, 0], omega)
+        keep_twist(space, data.omega[k, 1], u)
+        keep_twist(space, data.omega[k, 2], z)
         c = stumpff(dot(omega[0], omega[0]))
         turn = rotation_exp(omega[0], c)
         shift = exp_translation(omega[0], omega[1], c)
-        store_mat(data.relative[k], turn)
-        store_vec(data.relative[k, 9:], shift)
+        keep_rotation(space, data.relative[k], turn)
+        keep_polar(space, data.relative[k, 9:], shift)
         velocity, rate = tangent_apply(omega, u, z, c)
         # η⁺ = Ad⁻¹η + v,  η̇⁺ = Ad⁻¹η̇ − [v, Ad⁻¹η] + v̇
         carried = (apply_t(turn, eta[0]), apply_t(turn, sub(eta[1], cross(shift, eta[0]))))
         acc = (apply_t(turn, acc[0]), apply_t(turn, sub(acc[1], cross(shift, acc[0]))))
         acc = dadd(dsub(acc, dcross(velocity, carried)), rate)
         eta = dadd(carried, velocity)
-        store_twist(data.eta[k + 1], eta)
-        store_twist(data.acc[k + 1], acc)
+        keep_twist(space, data.eta[k + 1], eta)
+        keep_twist(space, data.acc[k + 1], acc)
 
 
-@kernel
+@unit
 def place(model, data):
     """Fill orientation and position of every node in the base frame from the last kinematics."""
-    rotation, position = load_mat(data.rotation[0]), load_vec(data.position[0])
+    model, data = bare(model), bare(data)
+    space = model.space
+    rotation, position = rotation_of(space, data.rotation[0]), polar_of(space, data.position[0])
     for k in range(len(model.half)):
-        position = add(position, apply(rotation, load_vec(data.relative[k, 9:])))
-        rotation = mul(rotation, load_mat(data.relative[k]))
-        store_mat(data.rotation[k + 1], rotation)
-        store_vec(data.position[k + 1], position)
+        position = add(position, apply(rotation, polar_of(space, data.relative[k, 9:])))
+        rotation = mul(rotation, rotation_of(space, data.relative[k]))
+        keep_rotation(space, data.rotation[k + 1], rotation)
+        keep_polar(space, data.position[k + 1], position)
 
 
-@kernel
+@algebra
 def node_wrench(model, data, k):
     """Return inertial minus external wrench of node k in its own frame, as N + εM."""
+    space = model.space
     mass = model.inertia[k, 0]
-    eta, acc = load_twist(data.eta[k]), load_twist(data.acc[k])
+    eta, acc = twist_of(space, data.eta[k]), twist_of(space, data.acc[k])
     force = scale(mass, add(acc[1], cross(eta[0], eta[1])))
     j1, j2, j3 = model.inertia[k, 1], model.inertia[k, 2], model.inertia[k, 3]
     spin = (j1 * eta[0][0], j2 * eta[0][1], j3 * eta[0][2])
@@ -125,30 +143,31 @@ def node_wrench(model, data, k):
         pull, twist = drag_wrench(model, k, eta)
         force, moment = add(force, pull), add(moment, twist)
     if data.active[0] != 0:
-        rotation, dead = load_mat(data.rotation[k]), load_wrench(data.dead[k])
+        rotation, dead = rotation_of(space, data.rotation[k]), wrench_of(space, data.dead[k])
         force = sub(force, apply_t(rotation, dead[0]))
         moment = sub(moment, apply_t(rotation, dead[1]))
     if data.active[1] != 0:
-        follower = load_wrench(data.follower[k])
+        follower = wrench_of(space, data.follower[k])
         force, moment = sub(force, follower[0]), sub(moment, follower[1])
     return (force, moment)
 
 
-@kernel
+@algebra
 def project(model, data, r):
     """Carry wrenches from tip to base and add their projection on the coordinates to r."""
+    space = model.space
     segments = len(model.half)
     wrench = node_wrench(model, data, segments)
-    store_wrench(data.wrench[segments], wrench)
+    keep_wrench(space, data.wrench[segments], wrench)
     for k in range(segments - 1, -1, -1):
         if model.entry_ptr[k + 1] > model.entry_ptr[k]:
-            omega = load_twist(data.omega[k, 0])
+            omega = twist_of(space, data.omega[k, 0])
             y = cotangent_apply(omega, wrench, stumpff(dot(omega[0], omega[0])))
             half, kappa = model.half[k], model.kappa[k]
             f1 = rscale(half, y)
             f2 = f1
             if kappa != 0.0:
-                x1, x2 = load_twist(data.xi[k, 0, 0]), load_twist(data.xi[k, 1, 0])
+                x1, x2 = twist_of(space, data.xi[k, 0, 0]), twist_of(space, data.xi[k, 1, 0])
                 f1 = dadd(f1, rscale(kappa, dcross(x2, y)))
                 f2 = dsub(f2, rscale(kappa, dcross(x1, y)))
             w1 = (f1[1][0], f1[1][1], f1[1][2], f1[0][0], f1[0][1], f1[0][2])
@@ -158,11 +177,11 @@ def project(model, data, r):
                 r[model.entry_col[e]] += (
                     model.entry_phi[e, 0] * w1[comp] + model.entry_phi[e, 1] * w2[comp]
                 )
-        turn, shift = load_mat(data.relative[k]), load_vec(data.relative[k, 9:])
+        turn, shift = rotation_of(space, data.relative[k]), polar_of(space, data.relative[k, 9:])
         force = apply(turn, wrench[0])
         moment = add(apply(turn, wrench[1]), cross(shift, force))
         wrench = dadd((force, moment), node_wrench(model, data, k))
-        store_wrench(data.wrench[k], wrench)
+        keep_wrench(space, data.wrench[k], wrench)
 
 
 @kernel

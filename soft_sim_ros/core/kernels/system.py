@@ -1,7 +1,8 @@
 """The Newton matrix of a chain, kept and solved block by block at a cost linear in the blocks.
 
 In the base frame a column of the Jacobian stays what it is beyond its own block, so the matrix is
-semiseparable: with a few numbers per coordinate, rows P (18), Q (18), J and X (6),
+semiseparable: with a few numbers per coordinate, rows P (18), Q (18), J and X (6; in a plane half
+as many),
 
     K_ii = D_i,     K_ij = P_iᵀ Q_j  (i after j: what i feels of the motion of j),
                     K_ij = J_iᵀ X_j  (i before j: what j exerts on i).
@@ -19,6 +20,7 @@ from ..model import Floats, Ints, Model
 from .coupling import add_columns, correct, factor_columns
 from .jit import bare, kernel, unit
 from .linalg import lu_factor, lu_solve, lu_solve_rows
+from .spaces import size_of
 
 
 class System(NamedTuple):
@@ -29,11 +31,12 @@ class System(NamedTuple):
 
     offset: Ints  # (B + 1,) … diagonal[offset:] as (m, m)
     diagonal: Floats  # D, then its LU factors after elimination
-    motion: Floats  # (18 n,) … motion[18 c:] as (18, m): Q = (J; Z; Y) at the end of the block
-    feels: Floats  # (18 n,) likewise: P
-    exerts: Floats  # (6 n,) exerts[6 c:] as (6, m): X
-    carry: Floats  # (18 n,) carry[18 c:] as (m, 18): what it does when the part before moves by s
-    gain: Floats  # (6 n,) gain[6 c:] as (6, m): what it hands on to the base
+    # with w = 6 components of a twist (3 in a plane)
+    motion: Floats  # (3w n,) … motion[3w c:] as (3w, m): Q = (J; Z; Y) at the end of the block
+    feels: Floats  # (3w n,) likewise: P
+    exerts: Floats  # (w n,) exerts[w c:] as (w, m): X
+    carry: Floats  # (3w n,) carry[3w c:] as (m, 3w): what it does when the part before moves by s
+    gain: Floats  # (w n,) gain[w c:] as (w, m): what it hands on to the base
     pivot: Ints  # (n,)
     left: Floats  # (R, n) columns of U, of what ties blocks together (coupling.py) …
     right: Floats  # (R, n) … and of V
@@ -48,14 +51,15 @@ def new_system(model: Model) -> System:
     sizes = np.diff(model.block_col)
     n = int(model.block_col[-1])
     ties = int(model.couple_ptr[-1])
+    size = len(model.space.components)
     return System(
         offset=np.concatenate([[0], np.cumsum(sizes**2)]).astype(np.int64),
         diagonal=np.zeros(int(np.sum(sizes**2))),
-        motion=np.zeros(18 * n),
-        feels=np.zeros(18 * n),
-        exerts=np.zeros(6 * n),
-        carry=np.zeros(18 * n),
-        gain=np.zeros(6 * n),
+        motion=np.zeros(3 * size * n),
+        feels=np.zeros(3 * size * n),
+        exerts=np.zeros(size * n),
+        carry=np.zeros(3 * size * n),
+        gain=np.zeros(size * n),
         pivot=np.zeros(n, dtype=np.int64),
         left=np.zeros((ties, n)),
         right=np.zeros((ties, n)),
@@ -76,6 +80,7 @@ def rows(flat, count, begin, end):
 def dense(model, system, matrix):
     """Fill matrix (n, n) with the whole matrix of a system that has not been factored."""
     model, system, matrix = bare(model), bare(system), bare(matrix)
+    size = size_of(model.space)
     for b in range(len(model.block_col) - 1):
         begin, end = model.block_col[b], model.block_col[b + 1]
         m = end - begin
@@ -84,17 +89,17 @@ def dense(model, system, matrix):
             for j in range(m):
                 matrix[begin + i, begin + j] = system.diagonal[at]
                 at += 1
-        feels = rows(system.feels, 18, begin, end)
-        exerts = rows(system.exerts, 6, begin, end)
+        feels = rows(system.feels, 3 * size, begin, end)
+        exerts = rows(system.exerts, size, begin, end)
         for earlier in range(b):
             first, stop = model.block_col[earlier], model.block_col[earlier + 1]
-            motion = rows(system.motion, 18, first, stop)
+            motion = rows(system.motion, 3 * size, first, stop)
             for i in range(m):
                 for j in range(stop - first):
                     below, above = 0.0, 0.0
-                    for c in range(18):
+                    for c in range(3 * size):
                         below += feels[c, i] * motion[c, j]
-                    for c in range(6):
+                    for c in range(size):
                         above += motion[c, j] * exerts[c, i]
                     matrix[begin + i, first + j] = below
                     matrix[first + j, begin + i] = above
@@ -104,22 +109,24 @@ def dense(model, system, matrix):
 @kernel
 def factor_chain(model, system):
     """Eliminate from the tip to the base; return False if a block is singular or not finite."""
-    a = np.zeros((6, 18))  # A_i: wrench handed to the base per unit motion handed to the tip
+    size = size_of(model.space)
+    # A_i: wrench handed to the base per unit motion handed to the tip
+    a = np.zeros((size, 3 * size))
     for b in range(len(model.block_col) - 2, -1, -1):
         begin, end = model.block_col[b], model.block_col[b + 1]
         m = end - begin
         if m == 0:
             continue
         d = system.diagonal[system.offset[b] : system.offset[b + 1]].reshape((m, m))
-        motion = rows(system.motion, 18, begin, end)
-        feels = rows(system.feels, 18, begin, end)
-        gain = rows(system.gain, 6, begin, end)
-        carry = system.carry[18 * begin : 18 * end].reshape((m, 18))
+        motion = rows(system.motion, 3 * size, begin, end)
+        feels = rows(system.feels, 3 * size, begin, end)
+        gain = rows(system.gain, size, begin, end)
+        carry = system.carry[3 * size * begin : 3 * size * end].reshape((m, 3 * size))
         # gain = A Q + X, and D + Jᵀ A Q
-        for r in range(6):
+        for r in range(size):
             for j in range(m):
                 gain[r, j] = 0.0
-            for c in range(18):
+            for c in range(3 * size):
                 s = a[r, c]
                 for j in range(m):
                     gain[r, j] += s * motion[c, j]
@@ -128,22 +135,22 @@ def factor_chain(model, system):
                 for j in range(m):
                     d[i, j] += s * gain[r, j]
             for j in range(m):
-                gain[r, j] += system.exerts[6 * begin + r * m + j]
+                gain[r, j] += system.exerts[size * begin + r * m + j]
         if not lu_factor(d, system.pivot[begin:end]):
             return False
         # carry = (D + Jᵀ A Q)⁻¹ (Pᵀ + Jᵀ A)
         for i in range(m):
-            for c in range(18):
+            for c in range(3 * size):
                 carry[i, c] = feels[c, i]
-            for r in range(6):
+            for r in range(size):
                 s = motion[r, i]
-                for c in range(18):
+                for c in range(3 * size):
                     carry[i, c] += s * a[r, c]
         lu_solve_rows(d, system.pivot[begin:end], carry)
-        for r in range(6):
+        for r in range(size):
             for i in range(m):
                 s = gain[r, i]
-                for c in range(18):
+                for c in range(3 * size):
                     a[r, c] -= s * carry[i, c]
     return True
 
@@ -151,48 +158,49 @@ def factor_chain(model, system):
 @kernel
 def solve_chain(model, system, x):
     """Solve in place for x (n,) with the factors of ``factor_chain``."""
-    b0, b1, b2, b3, b4, b5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    size = size_of(model.space)
+    handed = np.zeros(size)  # towards the base
     for b in range(len(model.block_col) - 2, -1, -1):
         begin, end = model.block_col[b], model.block_col[b + 1]
         m = end - begin
         if m == 0:
             continue
         d = system.diagonal[system.offset[b] : system.offset[b + 1]].reshape((m, m))
-        jac = rows(system.motion, 18, begin, end)
-        gain = rows(system.gain, 6, begin, end)
+        jac = rows(system.motion, 3 * size, begin, end)
+        gain = rows(system.gain, size, begin, end)
         y = x[begin:end]
         for i in range(m):
-            y[i] -= (jac[0, i] * b0 + jac[1, i] * b1 + jac[2, i] * b2) + (
-                jac[3, i] * b3 + jac[4, i] * b4 + jac[5, i] * b5
-            )
+            total = 0.0
+            for c in range(size):
+                total += jac[c, i] * handed[c]
+            y[i] -= total
         lu_solve(d, system.pivot[begin:end], y)
-        for i in range(m):
-            b0 += gain[0, i] * y[i]
-            b1 += gain[1, i] * y[i]
-            b2 += gain[2, i] * y[i]
-            b3 += gain[3, i] * y[i]
-            b4 += gain[4, i] * y[i]
-            b5 += gain[5, i] * y[i]
-    s = np.zeros(18)
+        for c in range(size):
+            total = 0.0
+            for i in range(m):
+                total += gain[c, i] * y[i]
+            handed[c] += total
+    s = np.zeros(3 * size)
     for b in range(len(model.block_col) - 1):
         begin, end = model.block_col[b], model.block_col[b + 1]
         m = end - begin
-        motion = rows(system.motion, 18, begin, end)
-        carry = system.carry[18 * begin : 18 * end].reshape((m, 18))
+        motion = rows(system.motion, 3 * size, begin, end)
+        carry = system.carry[3 * size * begin : 3 * size * end].reshape((m, 3 * size))
         if begin > 0:
             for i in range(m):
                 total = 0.0
-                for c in range(18):
+                for c in range(3 * size):
                     total += carry[i, c] * s[c]
                 x[begin + i] -= total
-        for c in range(18):
+        for c in range(3 * size):
             for i in range(m):
                 s[c] += motion[c, i] * x[begin + i]
 
 
-@kernel
+@unit
 def factor(model, system):
     """Factor the whole matrix; return False if it is singular or not finite."""
+    model, system = bare(model), bare(system)
     if not factor_chain(model, system):
         return False
     if system.left.shape[0] == 0:
@@ -212,9 +220,10 @@ def factor_ties(model, system):
     return factor_columns(system)
 
 
-@kernel
+@unit
 def solve(model, system, x):
     """Solve in place for x (n,) with the factors of ``factor``."""
+    model, system, x = bare(model), bare(system), bare(x)
     solve_chain(model, system, x)
     if system.left.shape[0] > 0:
         correct(system, x)

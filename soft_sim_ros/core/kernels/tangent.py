@@ -17,19 +17,26 @@ import numpy as np
 
 from .actuators import actuator_tangent
 from .columns import local_stiffness, pose_derivatives
-from .dual import add, apply, cross, load_mat, load_vec, load_wrench, scale
+from .dual import add, apply, cross, scale
 from .fibres import fibre_tangent
-from .jit import bare, kernel, unit
+from .jit import algebra, bare, kernel, unit
 from .nodes import node_matrices
 from .products import (
     accumulate,
     accumulate3,
     add_entries,
+    add_gram,
+    add_product,
+    add_product_t,
     clear,
-    gram_add,
-    product,
-    product_add,
-    product_t_add,
+)
+from .spaces import (
+    column_of,
+    keep_wrench_column,
+    polar_of,
+    rotation_of,
+    size_of,
+    wrench_of,
 )
 from .sweep import place
 from .system import rows
@@ -37,49 +44,49 @@ from .system import rows
 
 @kernel
 def segment_columns(model, k, begin, columns, step):
-    """Fill step (3, 6, m) with U, U̇, Ü of segment k.
+    """Fill step (3, size, m) with U, U̇, Ü of segment k.
 
     The columns of its block, first coordinate ``begin``.
     """
+    size = size_of(model.space)
     clear(step)
     for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
         j, comp = model.entry_col[e] - begin, model.entry_comp[e]
         p1, p2 = model.entry_phi[e, 0], model.entry_phi[e, 1]
         for d in range(3):
-            for c in range(6):
+            for c in range(size):
                 step[d, c, j] += p1 * columns[2 * d, c, comp] + p2 * columns[2 * d + 1, c, comp]
 
 
-@kernel
-def turned_wrench(data, k, a0, columns, out):
-    """Fill out (6, m) with a0 U × Λ: the wrench of the tail turned by the columns of segment k."""
-    rotation, p = load_mat(data.rotation[k + 1]), load_vec(data.position[k + 1])
-    f = load_wrench(data.wrench[k + 1])
+@algebra
+def turned_wrench(space, data, k, a0, columns, out):
+    """Fill out (size, m) with a0 U × Λ: the tail's wrench turned by columns of segment k."""
+    rotation = rotation_of(space, data.rotation[k + 1])
+    f = wrench_of(space, data.wrench[k + 1])
     fn = scale(a0, apply(rotation, f[0]))
-    fm = add(scale(a0, apply(rotation, f[1])), cross(p, fn))
+    moved = cross(polar_of(space, data.position[k + 1]), fn)
+    fm = add(scale(a0, apply(rotation, f[1])), moved)
     for j in range(out.shape[1]):
-        w = (columns[0, j], columns[1, j], columns[2, j])
-        v = (columns[3, j], columns[4, j], columns[5, j])
-        moment = add(cross(w, fm), cross(v, fn))
-        push = cross(w, fn)
-        for c in range(3):
-            out[c, j] = moment[c]
-            out[c + 3, j] = push[c]
+        u = column_of(space, columns, j)
+        moment = add(cross(u[0], fm), cross(u[1], fn))
+        keep_wrench_column(space, out, j, moment, cross(u[0], fn))
 
 
 @kernel
 def block_tangent(model, data, alpha, b, tail, system):
-    """Fill block b of the system; tail (3, 6, 6) holds I, G, D beyond it and is moved before it."""
+    """Fill block b of the system; tail (3, size, size): I, G, D beyond it, moved before it."""
     a0, a1, a2 = alpha
+    space = model.space
+    size = size_of(space)
     begin, end = model.block_col[b], model.block_col[b + 1]
     m = end - begin
     block = system.diagonal[system.offset[b] : system.offset[b + 1]].reshape((m, m))
-    exerts = rows(system.exerts, 6, begin, end)
-    scratch = np.zeros((12, 6, m))
+    exerts = rows(system.exerts, size, begin, end)
+    scratch = np.zeros((12, size, m))
     jac, step, feel = scratch[0:3], scratch[3:6], scratch[6:9]  # J, J̇, J̈ of the columns so far
     z, y, out = scratch[9], scratch[10], scratch[11]
-    node, inner = np.zeros((3, 6, 6)), np.zeros((3, 6, 6))
-    columns = np.zeros((6, 6, 6))
+    node, inner = np.zeros((3, size, size)), np.zeros((3, size, size))
+    columns = np.zeros((6, size, 6))
     hessian = np.zeros((2, 2, 6, 6))
     last = model.block_seg[b + 1] - 1
     for k in range(model.block_seg[b], last + 1):
@@ -87,8 +94,8 @@ def block_tangent(model, data, alpha, b, tail, system):
             pose_derivatives(model, data, k, columns)
             segment_columns(model, k, begin, columns, step)
             if a0 != 0.0:
-                turned_wrench(data, k, a0, step[0], out)
-                gram_add(jac[0], out, block)
+                turned_wrench(space, data, k, a0, step[0], out)
+                add_gram(jac[0], out, block, size)
                 accumulate(exerts, out)
                 local_stiffness(model, data, k, hessian)
                 add_entries(model, k, begin, a0, hessian, block)
@@ -100,28 +107,32 @@ def block_tangent(model, data, alpha, b, tail, system):
             accumulate3(inner, node)
         if m == 0:
             continue
-        for c in range(6):
+        for c in range(size):
             for j in range(m):
+                out[c, j] = 0.0
                 z[c, j] = a0 * jac[1, c, j] + a1 * jac[0, c, j]
                 y[c, j] = a0 * jac[2, c, j] + 2.0 * a1 * jac[1, c, j] + a2 * jac[0, c, j]
-        product(node[0], y, out)
-        product_add(node[1], z, out, 1.0)
-        product_add(node[2], jac[0], out, a0)
-        gram_add(jac[0], out, block)
+        add_product(node[0], y, out, 1.0, size)
+        add_product(node[1], z, out, 1.0, size)
+        add_product(node[2], jac[0], out, a0, size)
+        add_gram(jac[0], out, block, size)
         accumulate(exerts, out)
         if begin > 0:
-            product_t_add(node[2], jac[0], feel[0], a0)
-            product_t_add(node[1], jac[0], feel[1], 1.0)
-            product_add(node[0], jac[0], feel[2], 1.0)
+            add_product_t(node[2], jac[0], feel[0], a0, size)
+            add_product_t(node[1], jac[0], feel[1], 1.0, size)
+            add_product(node[0], jac[0], feel[2], 1.0, size)
     clear(tail)
     accumulate3(tail, inner)
     accumulate3(tail, node)
-    motion, feels = rows(system.motion, 18, begin, end), rows(system.feels, 18, begin, end)
-    for c in range(6):
+    motion = rows(system.motion, 3 * size, begin, end)
+    feels = rows(system.feels, 3 * size, begin, end)
+    for c in range(size):
         for j in range(m):
-            motion[c, j], motion[6 + c, j], motion[12 + c, j] = jac[0, c, j], z[c, j], y[c, j]
+            motion[c, j] = jac[0, c, j]
+            motion[size + c, j] = z[c, j]
+            motion[2 * size + c, j] = y[c, j]
             for d in range(3):
-                feels[6 * d + c, j] = feel[d, c, j]
+                feels[d * size + c, j] = feel[d, c, j]
 
 
 @kernel
@@ -149,7 +160,8 @@ def tangent(model, data, alpha, system):
     for i in range(len(system.exerts)):
         system.exerts[i] = 0.0
     place(model, data)
-    tail = np.zeros((3, 6, 6))
+    size = size_of(model.space)
+    tail = np.zeros((3, size, size))
     for b in range(len(model.block_col) - 2, -1, -1):
         block_tangent(model, data, alpha, b, tail, system)
     internal_tangent(model, alpha, system)

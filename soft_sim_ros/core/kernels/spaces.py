@@ -1,0 +1,327 @@
+"""Reading and writing dual vectors so that what cannot move in a plane is a literal zero.
+
+The algebra of dual.py is written once, for space. A planar chain uses it through these functions,
+which are compiled for the type of ``model.space``: components that vanish are constants there, the
+compiler drops every operation with them, and the same recursion runs on SE(2).
+
+Matrices over the components of twists keep the rows of ``Space.components`` only: six in space,
+three in a plane.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from numba.extending import overload
+
+from ..model import SPACES
+from .jit import ALGEBRA
+
+_overload: Any = overload
+Mask = tuple[bool, bool, bool]
+
+
+def per_space(stub: Any) -> Callable[[Any], None]:
+    """Compile ``stub`` as what a factory returns for the axes of turning and of moving."""
+
+    def register(factory: Any) -> None:
+        made: dict[Any, Any] = {}
+        for space in SPACES:
+            present = [c in space().components for c in range(6)]
+            made[space] = factory(present[:3], present[3:])
+
+        def choose(space, *_):
+            return made.get(getattr(space, "instance_class", None))
+
+        _overload(stub, jit_options=ALGEBRA, strict=False)(choose)
+
+    return register
+
+
+def size_of(space):
+    """Return the number of components of a twist: 6 or 3."""
+
+
+def axial_of(space, row):
+    """Return an angular vector of an array (3,)."""
+
+
+def polar_of(space, row):
+    """Return a position, velocity or force of an array (3,)."""
+
+
+def keep_polar(space, row, v):
+    """Write a position, velocity or force."""
+
+
+def twist_of(space, row):
+    """Return the dual vector of an array (w, v)."""
+
+
+def keep_twist(space, row, a):
+    """Write a dual vector as (w, v)."""
+
+
+def wrench_of(space, row):
+    """Return the dual vector N + εM of an array (M, N)."""
+
+
+def keep_wrench(space, row, f):
+    """Write a dual vector N + εM as (M, N)."""
+
+
+def rotation_of(space, row):
+    """Return the rotation matrix of an array of nine."""
+
+
+def keep_rotation(space, row, m):
+    """Write a rotation matrix."""
+
+
+def column_of(space, rows, j):
+    """Return column j of a matrix of twists."""
+
+
+def keep_wrench_column(space, rows, j, moment, force):
+    """Write column j of a matrix of wrenches (M; N)."""
+
+
+def keep_motion(space, out, m):
+    """Write the dual matrix m as the map of twists (all six components) to twists (rows)."""
+
+
+def keep_hankel(space, out, m):
+    """Write the dual matrix m as the 6x6 matrix of a map from twists (w, v) to wrenches (M, N)."""
+
+
+def keep_blocks(space, out, ww, wv, vw, vv):
+    """Write the 3x3 blocks of a map from twists to wrenches, rows and columns of the space."""
+
+
+@per_space(size_of)
+def _size(turns: Mask, moves: Mask):
+    count = sum(turns) + sum(moves)
+    return lambda space: count
+
+
+def _vector(present: Mask):
+    x, y, z = present
+
+    def vector(space, row):
+        return (row[0] if x else 0.0, row[1] if y else 0.0, row[2] if z else 0.0)
+
+    return vector
+
+
+per_space(axial_of)(lambda turns, moves: _vector(turns))
+per_space(polar_of)(lambda turns, moves: _vector(moves))
+
+
+@per_space(keep_polar)
+def _keep_polar(turns: Mask, moves: Mask):
+    x, y, z = moves
+
+    def keep(space, row, v):
+        if x:
+            row[0] = v[0]
+        if y:
+            row[1] = v[1]
+        if z:
+            row[2] = v[2]
+
+    return keep
+
+
+@per_space(twist_of)
+def _twist(turns: Mask, moves: Mask):
+    a, b, c = turns
+    x, y, z = moves
+
+    def twist(space, row):
+        return (
+            (row[0] if a else 0.0, row[1] if b else 0.0, row[2] if c else 0.0),
+            (row[3] if x else 0.0, row[4] if y else 0.0, row[5] if z else 0.0),
+        )
+
+    return twist
+
+
+@per_space(wrench_of)
+def _wrench(turns: Mask, moves: Mask):
+    a, b, c = turns
+    x, y, z = moves
+
+    def wrench(space, row):
+        return (
+            (row[3] if x else 0.0, row[4] if y else 0.0, row[5] if z else 0.0),
+            (row[0] if a else 0.0, row[1] if b else 0.0, row[2] if c else 0.0),
+        )
+
+    return wrench
+
+
+def _keep_six(turns: Mask, moves: Mask, angular: int):
+    """Write part ``angular`` of a dual vector first, the other part last."""
+    a, b, c = turns
+    x, y, z = moves
+    linear = 1 - angular
+
+    def keep(space, row, d):
+        if a:
+            row[0] = d[angular][0]
+        if b:
+            row[1] = d[angular][1]
+        if c:
+            row[2] = d[angular][2]
+        if x:
+            row[3] = d[linear][0]
+        if y:
+            row[4] = d[linear][1]
+        if z:
+            row[5] = d[linear][2]
+
+    return keep
+
+
+per_space(keep_twist)(lambda turns, moves: _keep_six(turns, moves, 0))
+per_space(keep_wrench)(lambda turns, moves: _keep_six(turns, moves, 1))
+
+
+@per_space(rotation_of)
+def _rotation(turns: Mask, moves: Mask):
+    if all(moves):
+
+        def spatial(space, m):
+            return (m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8])
+
+        return spatial
+    x, y, z = moves
+    xy, xz, yz = x and y, x and z, y and z
+
+    def planar(space, m):
+        return (
+            m[0] if x else 1.0,
+            m[1] if xy else 0.0,
+            m[2] if xz else 0.0,
+            m[3] if xy else 0.0,
+            m[4] if y else 1.0,
+            m[5] if yz else 0.0,
+            m[6] if xz else 0.0,
+            m[7] if yz else 0.0,
+            m[8] if z else 1.0,
+        )
+
+    return planar
+
+
+@per_space(keep_rotation)
+def _keep_rotation(turns: Mask, moves: Mask):
+    def keep(space, row, m):
+        for i in range(9):
+            row[i] = m[i]
+
+    return keep
+
+
+# ---- rows of the space --------------------------------------------------------------------------
+
+
+def _places(turns: Mask, moves: Mask) -> list[int]:
+    """Return the row of every one of the six components, -1 if it has none."""
+    present = [*turns, *moves]
+    return [sum(present[:c]) if present[c] else -1 for c in range(6)]
+
+
+@per_space(column_of)
+def _column(turns: Mask, moves: Mask):
+    a, b, c, x, y, z = _places(turns, moves)
+
+    def column(space, rows, j):
+        return (
+            (
+                rows[a, j] if a >= 0 else 0.0,
+                rows[b, j] if b >= 0 else 0.0,
+                rows[c, j] if c >= 0 else 0.0,
+            ),
+            (
+                rows[x, j] if x >= 0 else 0.0,
+                rows[y, j] if y >= 0 else 0.0,
+                rows[z, j] if z >= 0 else 0.0,
+            ),
+        )
+
+    return column
+
+
+@per_space(keep_wrench_column)
+def _keep_wrench_column(turns: Mask, moves: Mask):
+    a, b, c, x, y, z = _places(turns, moves)
+
+    def keep(space, rows, j, moment, force):
+        if a >= 0:
+            rows[a, j] = moment[0]
+        if b >= 0:
+            rows[b, j] = moment[1]
+        if c >= 0:
+            rows[c, j] = moment[2]
+        if x >= 0:
+            rows[x, j] = force[0]
+        if y >= 0:
+            rows[y, j] = force[1]
+        if z >= 0:
+            rows[z, j] = force[2]
+
+    return keep
+
+
+def _axes(present: Mask) -> tuple[int, ...]:
+    return tuple(i for i in range(3) if present[i])
+
+
+@per_space(keep_motion)
+def _keep_motion(turns: Mask, moves: Mask):
+    angular, linear, place = _axes(turns), _axes(moves), tuple(_places(turns, moves))
+
+    def keep(space, out, m):
+        for i in angular:
+            for j in angular:
+                out[place[i], j] = m[0][3 * i + j]
+        for i in linear:
+            for j in angular:
+                out[place[3 + i], j] = m[1][3 * i + j]
+            for j in linear:
+                out[place[3 + i], 3 + j] = m[0][3 * i + j]
+
+    return keep
+
+
+@per_space(keep_hankel)
+def _keep_hankel(turns: Mask, moves: Mask):
+    angular, linear = _axes(turns), _axes(moves)
+
+    def keep(space, out, m):
+        for i in angular:
+            for j in angular:
+                out[i, j] = m[1][3 * i + j]
+            for j in linear:
+                out[i, 3 + j] = m[0][3 * i + j]
+                out[3 + j, i] = m[0][3 * j + i]
+
+    return keep
+
+
+@per_space(keep_blocks)
+def _keep_blocks(turns: Mask, moves: Mask):
+    angular, linear, place = _axes(turns), _axes(moves), tuple(_places(turns, moves))
+
+    def keep(space, out, ww, wv, vw, vv):
+        for i in angular:
+            for j in angular:
+                out[place[i], place[j]] = ww[3 * i + j]
+            for j in linear:
+                out[place[i], place[3 + j]] = wv[3 * i + j]
+                out[place[3 + j], place[i]] = vw[3 * j + i]
+        for i in linear:
+            for j in linear:
+                out[place[3 + i], place[3 + j]] = vv[3 * i + j]
+
+    return keep

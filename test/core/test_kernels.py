@@ -1,0 +1,33 @@
+"""Kernels that Python calls are compilation units: inlined ones cannot be called from Python."""
+
+import ast
+from importlib import import_module
+from pathlib import Path
+
+import soft_sim_ros
+
+PACKAGE = Path(soft_sim_ros.__file__).parent
+KERNELS = "soft_sim_ros.core.kernels"
+
+
+def imported_kernels():
+    """Yield (file, module, name) of everything the package imports from its kernels."""
+    for file in sorted(PACKAGE.rglob("*.py")):
+        if file.parent.name == "kernels":
+            continue
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and "kernels." in (node.module or ""):
+                for name in node.names:
+                    yield file, f"{KERNELS}.{node.module.rpartition('kernels.')[2]}", name.name
+
+
+def test_python_calls_units_only():
+    names = list(imported_kernels())
+    assert len(names) > 20
+    inlined = []
+    for file, module, name in names:
+        options = getattr(getattr(import_module(module), name), "targetoptions", {})
+        compiled_there = "@unit" in file.read_text(encoding="utf-8")
+        if options.get("no_cpython_wrapper") and not compiled_there:
+            inlined.append(f"{file.name}: {name}")
+    assert inlined == []
