@@ -21,8 +21,8 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.linalg import cho_factor, cho_solve
 
+from soft_sim_ros.core.scipy_adapter import FirstOrder
 from soft_sim_ros.core.simulation import Simulation
 
 from .cases import CASES, Case
@@ -82,22 +82,7 @@ def by_radau(
     dynamics, n = simulation.dynamics, simulation.n_coordinates
     efforts = np.zeros(simulation.n_actuators)
 
-    def acceleration(t: float, y: np.ndarray) -> np.ndarray:
-        return dynamics.forward_dynamics(y[:n], y[n:], efforts, t)
-
-    def rates(t: float, y: np.ndarray) -> np.ndarray:
-        return np.concatenate([y[n:], acceleration(t, y)])
-
-    def jacobian(t: float, y: np.ndarray) -> np.ndarray:
-        a = acceleration(t, y)
-        of_q, of_v, mass = dynamics.tangents(y[:n], y[n:], a, efforts, t)
-        factor = cho_factor(0.5 * (mass + mass.T))
-        out = np.zeros((2 * n, 2 * n))
-        out[:n, n:] = np.eye(n)
-        out[n:, :n] = -cho_solve(factor, of_q)
-        out[n:, n:] = -cho_solve(factor, of_v)
-        return out
-
+    system = FirstOrder(dynamics, efforts)
     outputs = case.output_period * np.arange(1, case.outputs + 1)
     tip = np.zeros((case.outputs, 3))
     y = np.concatenate([simulation.q, simulation.v])
@@ -109,7 +94,7 @@ def by_radau(
         inside = (outputs > begin + 1e-12) & (outputs <= end + 1e-12)
         times = np.unique(np.append(outputs[inside], end))
         solution = solve_ivp(
-            rates, (begin, end + 1e-15), y, method="Radau", jac=jacobian, t_eval=times,
+            system, (begin, end + 1e-15), y, method="Radau", jac=system.jacobian, t_eval=times,
             rtol=rtol, atol=atol / simulation.length, first_step=1e-6,
         )  # fmt: skip
         if not solution.success:

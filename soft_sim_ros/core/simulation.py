@@ -13,15 +13,26 @@ from . import se3
 from .chain import Element
 from .dynamics import Dynamics
 from .integrators import method_of
-from .kernels.advance import advance
-from .kernels.newton import (
+from .kernels.entry import Entry
+from .kernels.newton import REASONS
+from .kernels.problem import (
+    ACTUATOR_WORK,
+    ADAPTIVE,
+    BOOKED,
+    ELASTIC,
     EVALUATIONS,
     FACTORISATIONS,
+    GRAVITY,
     ITERATIONS,
-    REASONS,
+    KINETIC,
+    REFERENCE,
     REFUSED,
+    REJECTED,
     STEPS,
-    addresses,
+    Held,
+    Problem,
+    forget,
+    new_state,
     new_work,
 )
 from .model import Floats, in_its_plane
@@ -42,13 +53,22 @@ MASS_CHECKED = 600
 
 
 class Statistics(NamedTuple):
-    """Counters since construction."""
+    """Counters since construction.
+
+    steps : steps of the method: those of the grid or pieces of them, or its own
+    evaluations : of the residual (nfev elsewhere)
+    factorisations : of the Newton matrix, each after a tangent (njev, nlu)
+    iterations : of Newton's method
+    refused : steps that failed and were tried again smaller
+    rejected : steps of the adaptive method whose error was too large
+    """
 
     steps: int
     evaluations: int
     factorisations: int
     iterations: int
     refused: int
+    rejected: int
 
 
 class Simulation:
@@ -84,25 +104,40 @@ class Simulation:
         self.length = self.compiled.length
         self.step_ns = round(scene.numerics.step * 1e9)
         self.step_index = 0
-        self._method = method_of(scene)
+        method = method_of(scene)
+        stages = max(method.tableau.shape[0], method.starter.shape[0]) - 1
+        if method.kind != ADAPTIVE:
+            stages = method.tableau.shape[0] - 1
         # dashpots of Maxwell branches follow the coordinates in all that a step moves
         parts = 2 if len(self.model.branch) else 1
         held = np.diag(self.dynamics.branch_matrix()) > 0.0
         weight = np.concatenate([self.model.weight, self.model.weight * held])
         stepped = self.model._replace(weight=weight[: parts * self.n_coordinates])
         # steps run in the plane of the motion if there is one; what is read off sees all of space
-        self._stepped = in_its_plane(stepped) if prune else stepped
-        self._work = new_work(self._stepped, max(1, self._method[0].shape[0] - 1))
-        self._q, self._v = np.zeros((2, parts * self.n_coordinates))
+        stepped = in_its_plane(stepped) if prune else stepped
+        self._work, self._state = new_work(stepped, stages), new_state(stepped)
+        self._q, self._v = self._state.q, self._state.v
         self.q, self.v = self._q[: self.n_coordinates], self._v[: self.n_coordinates]
         self.q.flags.writeable = self.v.flags.writeable = False
         self._efforts = np.array([actuator.safe for actuator in scene.actuators], dtype=np.float64)
         self._lengths = self.model.winch[:, 0] != 0.0  # actuators commanded by length
-        self._tip = np.zeros(6)
-        self._tip_follows = False
-        self._ledger = np.zeros(2)
-        self._data = self.dynamics.forcing(self._efforts)
-        self._calls = addresses(self._stepped, self._data, self._work)
+        self._held = Held(
+            gravity=self.compiled.gravity.copy(),
+            effort=self._efforts,
+            tip=np.zeros(6),
+            follows=np.zeros(1, dtype=np.int64),
+        )
+        self._problem = Problem(
+            model=stepped,
+            loads=self.compiled.loads,
+            data=self.dynamics.forcing(self._efforts),
+            work=self._work,
+            method=method,
+            held=self._held,
+            state=self._state,
+            calls=np.zeros(5, dtype=np.int64),
+        )
+        self._entry = Entry(self._problem)
         self._start = self._initial_state()
         self._check_mass(self._start[0])
         self.reset()
@@ -197,8 +232,8 @@ class Simulation:
         """
         self._place(*self._start)
         self._efforts[:] = [actuator.safe for actuator in self.scene.actuators]
-        self._tip[:] = 0.0
-        self._tip_follows = False
+        self._held.tip[:] = 0.0
+        self._held.follows[:] = 0
         self._forget()
 
     def _place(self, q: Floats, v: Floats) -> None:
@@ -209,13 +244,18 @@ class Simulation:
 
     def _forget(self) -> None:
         """Start the solver's memory and the ledger anew from the present state."""
-        self._work.a[:] = 0.0
-        self._work.key[:] = -1.0
-        self._work.restart[0] = 1
-        self._ledger[:] = 0.0
-        self._actuator_work = 0.0
-        self._settled = self.dynamics.ports(self._q, self._v)[0]
-        self._reference = sum(self.dynamics.energies(self._q, self._v, self._efforts))
+        forget(self._work)
+        state = self._state
+        state.ledger[:] = 0.0
+        self._settle()
+        state.account[BOOKED] = 0.0
+        state.account[REFERENCE] = state.account[[KINETIC, ELASTIC, GRAVITY]].sum()
+
+    def _settle(self) -> None:
+        """Book the work of the efforts held so far: exact, since they were constant."""
+        self._entry.take_stock()
+        self._state.account[BOOKED] = self._state.account[ACTUATOR_WORK]
+        self._state.settled[:] = self._state.position
 
     def set_state(self, q: Floats, v: Floats) -> None:
         """Set coordinates and rates (n,), Maxwell branches relaxed; the ledger counts from here."""
@@ -236,10 +276,11 @@ class Simulation:
         if np.array_equal(efforts, self._efforts):
             return
         self._settle()
-        before = self._elastic()
+        before = self._state.account[ELASTIC]
         self._efforts[:] = efforts
-        # a winch that jumps stretches its tendon
-        self._actuator_work += self._elastic() - before
+        if self._lengths.any():  # a winch that jumps stretches its tendon
+            self._entry.take_stock()
+            self._state.account[BOOKED] += self._state.account[ELASTIC] - before
         self._work.restart[0] = 1
 
     def set_tip_wrench(self, wrench: Floats, frame: str = "world") -> None:
@@ -254,9 +295,10 @@ class Simulation:
             raise ValueError(f"frame must be 'world' or 'tip', not {frame!r}")
         follows = frame == "tip"
         local = wrench if follows else self.dynamics.to_base(wrench)
-        if follows == self._tip_follows and np.array_equal(local, self._tip):
+        held = self._held
+        if follows == held.follows[0] and np.array_equal(local, held.tip):
             return
-        self._tip[:], self._tip_follows = local, follows
+        held.tip[:], held.follows[0] = local, follows
         self._work.restart[0] = 1
 
     def advance(self, steps: int) -> None:
@@ -268,46 +310,10 @@ class Simulation:
             if a step is refused even when cut into small pieces; state and time are those of the
             last good step.
         """
-        numerics = self.scene.numerics
-        self._data.gravity[:] = self.compiled.gravity
-        self._data.effort[:] = self._efforts
-        made, status = advance(
-            self._calls,
-            self._stepped,
-            self.compiled.loads,
-            self._data,
-            self._work,
-            self._method,
-            self._tip,
-            self._tip_follows,
-            numerics.newton_tolerance,
-            numerics.max_iterations,
-            self.time_ns,
-            self.step_ns,
-            steps,
-            self._q,
-            self._v,
-            self._ledger,
-        )
+        made, status = self._entry.advance(self.time_ns, self.step_ns, steps)
         self.step_index += made
         if status:
             raise Diverged(self.time, REASONS[status])
-
-    def _settle(self) -> None:
-        """Book the work done by the efforts held so far: exact, since they were constant.
-
-        A winch that holds a length does no work.
-        """
-        position = self.dynamics.ports(self._q, self._v)[0]
-        forces = np.where(self._lengths, 0.0, self._efforts)
-        self._actuator_work += float(forces @ (position - self._settled))
-        self._settled = position
-
-    def _elastic(self) -> float:
-        """Return the elastic energy in J, if the commands change it; else 0."""
-        if not self._lengths.any():
-            return 0.0
-        return self.dynamics.energies(self._q, self._v, self._efforts)[1]
 
     def ports(self) -> tuple[Floats, Floats, Floats]:
         """Return position, velocity and effort (A,) of the actuator ports.
@@ -315,8 +321,9 @@ class Simulation:
         Effort · velocity is power into the arm; the effort of a tendon is its tension, also where
         its length is commanded.
         """
-        acting = self.dynamics.port_efforts(self._q, self._v, self._efforts)
-        return *self.dynamics.ports(self._q, self._v), acting
+        self._entry.take_stock()
+        state = self._state
+        return state.position.copy(), state.rate.copy(), state.acting.copy()
 
     def ledger(self) -> Floats:
         """Return the energies and works of LEDGER in J.
@@ -324,25 +331,31 @@ class Simulation:
         The residual is H − H₀ − work + dissipated: what the time integration lost or made of
         energy.
         """
-        self._settle()
-        kinetic, elastic, gravity = self.dynamics.energies(self._q, self._v, self._efforts)
-        dissipated, load_work = self._ledger
-        stored = kinetic + elastic + gravity - self._reference
-        residual = stored - self._actuator_work - load_work + dissipated
-        return np.array(
-            [kinetic, elastic, gravity, self._actuator_work, load_work, dissipated, residual]
-        )
+        self._entry.take_stock()
+        kinetic, elastic, gravity, work, reference, _ = self._state.account.tolist()
+        dissipated, load_work = self._state.ledger.tolist()
+        residual = kinetic + elastic + gravity - reference - work - load_work + dissipated
+        return np.array([kinetic, elastic, gravity, work, load_work, dissipated, residual])
+
+    @property
+    def time_error(self) -> float:
+        """Sum of the errors of all steps since the last state set, in arm lengths.
+
+        Estimated by the embedded method of the adaptive integrator; 0 for others, which have none.
+        Errors that damping has extinguished are still in it.
+        """
+        return float(self._work.measure[1])
 
     def statistics(self) -> Statistics:
         """Return the solver's counters."""
         c = self._work.counters
-        picks = (STEPS, EVALUATIONS, FACTORISATIONS, ITERATIONS, REFUSED)
+        picks = (STEPS, EVALUATIONS, FACTORISATIONS, ITERATIONS, REFUSED, REJECTED)
         return Statistics(*(int(c[i]) for i in picks))
 
     @property
     def nbytes(self) -> int:
         """Memory in bytes of model, state and solver."""
-        return _bytes((self.model, self._data, self._work, self.compiled.loads))
+        return _bytes(self._problem)
 
     def sampler(self, poses: int) -> Sampler:
         """Return a sampler of ``poses`` frames, equally spaced in arc length from base to tip.

@@ -9,7 +9,10 @@ from soft_sim_ros.scene.interval import POSITIVE, Interval
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.strains import STRAINS
 
-INTEGRATORS = ("sdirk2", "sdirk3", "sdirk4", "implicit_midpoint", "generalized_alpha")
+INTEGRATORS = (
+    "sdirk2", "sdirk3", "sdirk4", "implicit_midpoint", "generalized_alpha", "energy_midpoint",
+    "adaptive",
+)  # fmt: skip
 # a list: soft_sim_ros.core.bases.register makes more of them known
 BASES = ["legendre", "chebyshev", "monomial", "constant", "linear"]
 FIXED_ORDER = {"constant": 0, "linear": 1}
@@ -40,6 +43,7 @@ class Basis:
 class Numerics:
     """Step in s, integrator and its options, Newton's tolerance and iterations, bases.
 
+    Without a ``newton_tolerance`` Newton's method follows the error of the integrator.
     ``rods`` has one Basis for every rod, with orders for its active strains only: ``basis`` with
     the overrides of that rod put in.
     """
@@ -47,7 +51,7 @@ class Numerics:
     step: float = 0.002
     integrator: str = "sdirk2"
     options: dict[str, float] = field(default_factory=dict)
-    newton_tolerance: float = 1e-9
+    newton_tolerance: float | None = None
     max_iterations: int = 20
     basis: Basis = field(default_factory=Basis)
     rods: dict[str, Basis] = field(default_factory=dict)
@@ -69,11 +73,17 @@ def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
         step=_read_step(reader),
         integrator=reader.choice("integrator", INTEGRATORS, default="sdirk2"),
         options=_read_options(reader.mapping("options")),
-        newton_tolerance=reader.number("newton_tolerance", Interval.parse("(0, 1)"), default=1e-9),
+        newton_tolerance=_read_newton_tolerance(reader),
         max_iterations=reader.whole("max_iterations", Interval.parse("[1, 1000]"), default=20),
         basis=basis,
         rods=bases,
     )
+
+
+def _read_newton_tolerance(reader: Reader) -> float | None:
+    if not reader.has("newton_tolerance") or reader.says("newton_tolerance", "auto"):
+        return None
+    return reader.number("newton_tolerance", Interval.parse("(0, 1)"))
 
 
 def _read_step(reader: Reader) -> float:

@@ -119,4 +119,4 @@ def test_plain_tendons_carry_nothing_of_friction_and_winches():
     document = rod_document()
     document["actuators"] = [{"tendon": "t", "rod": "rod", "offset": [0.01, 0.0]}]
     simulation = Simulation(scene_of(document))
-    assert simulation._work.system.left.size == 0 and simulation._data.station.size == 0
+    assert simulation._work.system.left.size == 0 and simulation._problem.data.station.size == 0

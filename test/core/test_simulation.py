@@ -54,7 +54,9 @@ def test_reset_brings_back_the_same_bits_and_time_goes_on():
     assert run() == first
 
 
-@pytest.mark.parametrize("integrator", ["sdirk2", "generalized_alpha"])
+@pytest.mark.parametrize(
+    "integrator", ["sdirk2", "generalized_alpha", "energy_midpoint", "adaptive"]
+)
 @pytest.mark.parametrize(("start", "end"), [(0.0123, 0.0571), (0.02, 0.05), (0.0, 0.0571)])
 @pytest.mark.parametrize("late", [0, 10**7])
 def test_a_load_acts_for_exactly_its_time_on_and_between_steps(integrator, start, end, late):

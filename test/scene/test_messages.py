@@ -404,7 +404,8 @@ MISTAKES = [
         "  step: 0.001",
         "  step: 0.001\n  integrator: rk4",
         "40: numerics.integrator = rk4: expected one of sdirk2, sdirk3, sdirk4, "
-        "implicit_midpoint, generalized_alpha (did you mean sdirk4?)",
+        "implicit_midpoint, generalized_alpha, energy_midpoint, "
+        "adaptive (did you mean sdirk4?)",
     ),
     (
         "rods: {arm:",

@@ -23,6 +23,26 @@ def slack(t, h):
 
 
 @kernel
+def next_switch(loads, t, h):
+    """Return the time from t to the first load switch inside (t, t + h), else h; ends excluded."""
+    near = slack(t, h)
+    for s in loads.switches:
+        if near < s - t < h - near:
+            return s - t
+    return h
+
+
+@kernel
+def switches_at(loads, t, h):
+    """Return whether a load switches at t, where a step of h ends."""
+    near = slack(t, h)
+    for s in loads.switches:
+        if abs(s - t) <= near:
+            return True
+    return False
+
+
+@kernel
 def inside(t, h, c):
     """Return t + c h, kept off the ends of the step.
 

@@ -96,24 +96,36 @@ def _cached(compile_: Any, function: F) -> F:
 def address(function: Any, *arguments: Any) -> int:
     """Return the address of a kernel compiled for the types of ``arguments``.
 
-    Together with the callers below this keeps large kernels in compilation units of their own:
-    numba would otherwise optimise the whole tree below a kernel anew in each of its callers.
+    An argument may also be a type itself. Together with the callers below this keeps large kernels
+    in compilation units of their own: numba would otherwise optimise the whole tree below a kernel
+    anew in each of its callers.
     """
-    signature = tuple(numba.typeof(argument) for argument in arguments)
+    signature = tuple(
+        argument if isinstance(argument, numba.types.Type) else numba.typeof(argument)
+        for argument in arguments
+    )
     if signature not in function.overloads:
         function.compile(signature)
     result = function.overloads[signature]
     return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
 
 
-def _call(returns: Any, where: Any, arguments: tuple[Any, ...]) -> tuple[Any, Any]:
-    """Return the typing and lowering of a call by address, for an intrinsic."""
+def _call(
+    returns: Any, where: Any, arguments: tuple[Any, ...], pointers: int = 0
+) -> tuple[Any, Any]:
+    """Return the typing and lowering of a call by address, for an intrinsic.
+
+    The first ``pointers`` arguments are given as numbers and taken as addresses.
+    """
+    taken = (numba.types.voidptr,) * pointers + arguments[pointers:]
 
     def generate(context, builder, signature, values):
         convention = context.call_conv
-        function_type = convention.get_function_type(returns, arguments)
-        pointer = builder.inttoptr(values[0], function_type.as_pointer())
-        status, result = convention.call_function(builder, pointer, returns, arguments, values[1:])
+        function_type = convention.get_function_type(returns, taken)
+        function = builder.inttoptr(values[0], function_type.as_pointer())
+        given = [builder.inttoptr(value, cgutils.voidptr_t) for value in values[1 : 1 + pointers]]
+        given += values[1 + pointers :]
+        status, result = convention.call_function(builder, function, returns, taken, given)
         with cgutils.if_unlikely(builder, status.is_error):
             convention.return_status_propagate(builder, status)
         return result
@@ -165,13 +177,31 @@ def call_tangent(context, where, model, data, alpha, system):  # noqa: ARG001
 
 
 @_intrinsic
-def call_stage(context, where, calls, model, data, work, cq, cv, tolerance, limit):  # noqa: ARG001
-    """Call solve_stage(calls, model, data, work, cq, cv, tolerance, limit) by address."""
-    arguments = (calls, model, data, work, cq, cv, tolerance, limit)
-    return _call(numba.types.intp, where, arguments)
+def call_stage(context, where, problem, cq, cv, goal):  # noqa: ARG001
+    """Call solve_stage(problem, cq, cv, goal) by address."""
+    return _call(numba.types.intp, where, (problem, cq, cv, goal))
+
+
+@_intrinsic
+def call_step(context, where, problem, t, h):  # noqa: ARG001
+    """Call the step(problem, t, h) of a method by address."""
+    return _call(numba.types.intp, where, (problem, t, h))
 
 
 @_intrinsic
 def call_uphold(context, where, model, data, work, h, q, v):  # noqa: ARG001
     """Call uphold(model, data, work, h, q, v) by address."""
     return _call(numba.types.boolean, where, (model, data, work, h, q, v))
+
+
+@_intrinsic
+def call_advance(context, where, problem, start_ns, step_ns, steps):  # noqa: ARG001
+    """Call advance(problem, start_ns, step_ns, steps); the problem is its address as a number."""
+    returns = numba.types.UniTuple(numba.types.int64, 2)
+    return _call(returns, where, (problem, start_ns, step_ns, steps), pointers=1)
+
+
+@_intrinsic
+def call_account(context, where, problem):  # noqa: ARG001
+    """Call take_stock(problem) by address; the problem is its address as a number."""
+    return _call(numba.types.none, where, (problem,), pointers=1)

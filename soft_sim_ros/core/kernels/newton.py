@@ -1,21 +1,19 @@
-"""Newton's method for one implicit stage, and the scratch that steps share."""
+"""Newton's method for one implicit stage."""
 
 import math
-from typing import NamedTuple
 
-import numpy as np
-
-from ..model import Data, Floats, Ints, Model
 from .fibres import lawful
-from .jit import address, bare, call_residual, call_tangent, unit
+from .jit import address, bare, call_residual, call_tangent, kernel, unit
 from .maxwell import branch_forces, branch_tangent, relax
+from .memory import load, pointer_to
 from .momentum import uphold
+from .problem import EVALUATIONS, FACTORISATIONS, ITERATIONS, Problem
 from .sweep import inverse_dynamics
-from .system import System, factor, new_system, solve
+from .system import factor, solve
 from .tangent import tangent
 
 CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR, UNRESOLVED, INVERTED, TOO_FAR = 0, 1, 2, 3, 4, 5, 6
-LAWLESS = 7
+LAWLESS, TOO_ROUGH = 7, 8
 # In words, for errors.
 REASONS = {
     1: "Newton's method does not converge, even with 1/4096 of the step",
@@ -26,62 +24,13 @@ REASONS = {
     5: "a rod is compressed to nothing",
     6: "the tip moves by more than an arm length (or a hinge by a radian) in a fraction of a step",
     7: "a fibre is stretched or compressed beyond where the law of its material holds",
+    8: "options.error cannot be met, even with a millionth of the step",
 }
 # A contraction slower than this is worth new factors.
 SLOW = 0.2
-# counters
-STEPS, EVALUATIONS, FACTORISATIONS, ITERATIONS, REFUSED = 0, 1, 2, 3, 4
-
-
-class Work(NamedTuple):
-    """Scratch of a solver for n coordinates and s stages."""
-
-    system: System  # factors of the Newton matrix
-    key: Floats  # (2,) the (cq, cv) it was made for
-    residual: Floats  # (n,)
-    zero: Floats  # (n,) zeros, the rates of a state at rest
-    momentum: Floats  # (2, 10) of a free body, before and after a piece of a step
-    start_q: Floats
-    start_v: Floats
-    q: Floats
-    v: Floats
-    stage_v: Floats  # (s, n)
-    stage_a: Floats  # (s, n)
-    a: Floats  # (n,) acceleration, carried from step to step as a predictor
-    memory: Floats  # (2, n) accelerations a method remembers, to predict the next
-    # (1,) size in s of the step they are from; generalised-α: power in W of loads at its end
-    last: Floats
-    restart: Ints  # (1,) 1: the memory is void, because an input jumped
-    saved: Floats  # (3, n) q, v, a at the start of the step
-    before: Floats  # (2, n) q, v at the start of the piece of the step at hand
-    counters: Ints  # (5,)
-    measure: Floats  # (2,) last Newton measure, largest residual of the last step
-
-
-def new_work(model: Model, stages: int) -> Work:
-    """Allocate zeroed scratch."""
-    n = len(model.weight)
-    return Work(
-        system=new_system(model),
-        key=np.array([-1.0, -1.0]),
-        residual=np.zeros(n),
-        zero=np.zeros(n),
-        momentum=np.zeros((2, 10)),
-        start_q=np.zeros(n),
-        start_v=np.zeros(n),
-        q=np.zeros(n),
-        v=np.zeros(n),
-        stage_v=np.zeros((stages, n)),
-        stage_a=np.zeros((stages, n)),
-        a=np.zeros(n),
-        memory=np.zeros((2, n)),
-        last=np.ones(1),
-        restart=np.ones(1, dtype=np.int64),
-        saved=np.zeros((3, n)),
-        before=np.zeros((2, n)),
-        counters=np.zeros(5, dtype=np.int64),
-        measure=np.zeros(2),
-    )
+# A contraction that was seen is trusted a little less every time it is used unseen, and never
+# taken to be better than FASTEST: what converges slowest need not have shown yet.
+AGEING, FASTEST = 1.1, 0.03
 
 
 @unit
@@ -103,20 +52,34 @@ def admissible(model, data):
     return CONVERGED if lawful(model.fibres, data.section) else LAWLESS
 
 
+@kernel
+def largest(weight, x):
+    """Return max |x| weight, NaN if any is."""
+    size = 0.0
+    for i in range(len(x)):
+        change = abs(x[i]) * weight[i]
+        if not change <= size:  # so that NaN gets through
+            size = change
+    return size
+
+
 @unit
-def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
+def solve_stage(at, cq, cv, goal):
     """Find work.a with r(q, v, a) = 0 at q = start_q + cq a, v = start_v + cv a.
 
     The measure of convergence is the largest correction of a velocity, each coordinate weighed by
     how far it moves the tip, in arm lengths per second. Factors are kept, across steps too, while
-    they contract well. calls: addresses of inverse_dynamics, tangent and this function.
+    they contract well, and so is the contraction seen with them: where it is known, the first
+    correction tells what is left after it. at: address of the Problem; goal: what may be left.
     """
-    model, data, work = bare(model), bare(data), bare(work)
+    problem = load(at)
+    model, data, work, method = problem.model, problem.data, problem.work, problem.method
+    calls = problem.calls
     n = len(work.a)
     stale = work.key[0] != cq or work.key[1] != cv
     before = 0.0
     refreshed = -1
-    for iteration in range(limit):
+    for iteration in range(method.limit):
         for i in range(n):
             work.q[i] = work.start_q[i] + cq * work.a[i]
             work.v[i] = work.start_v[i] + cv * work.a[i]
@@ -129,19 +92,16 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
             branch_tangent(model, cq, cv, work.system)
             work.counters[FACTORISATIONS] += 1
             work.key[0], work.key[1] = cq, cv
+            work.rate[0] = 1.0
             if not factor(model, work.system):
                 work.key[0] = -1.0
                 return SINGULAR
             stale = False
             refreshed = iteration
         solve(model, work.system, work.residual)
-        size = 0.0
         for i in range(n):
             work.a[i] -= work.residual[i]
-            change = abs(work.residual[i]) * model.weight[i]
-            if not change <= size:  # so that NaN gets through
-                size = change
-        size *= cv
+        size = cv * largest(model.weight, work.residual)
         work.counters[ITERATIONS] += 1
         work.measure[0] = size
         if not math.isfinite(size):
@@ -149,12 +109,16 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
             return NOT_FINITE
         # what is left after this correction, if it goes on contracting like this
         if iteration == 0:
-            left = size
-            rate = 0.0
+            rate = max(work.rate[0], FASTEST)
+            left = size * rate / (1.0 - rate) if rate < 0.5 else size
+            work.rate[0] = min(1.0, rate * AGEING)
         else:
             rate = size / before if before > 0.0 else 0.0
             left = size * rate / (1.0 - rate) if rate < 1.0 else math.inf
-        if left <= tolerance:
+            if iteration > refreshed:
+                known = 0.8 * work.rate[0] if work.rate[0] < 1.0 else 0.0
+                work.rate[0] = min(1.0, max(rate, known))
+        if left <= goal:
             for i in range(n):
                 work.q[i] = work.start_q[i] + cq * work.a[i]
                 work.v[i] = work.start_v[i] + cv * work.a[i]
@@ -169,13 +133,15 @@ def solve_stage(calls, model, data, work, cq, cv, tolerance, limit):
     return TOO_MANY
 
 
-def addresses(model: Model, data: Data, work: Work) -> tuple[int, int, int, int]:
+def addresses(problem: Problem) -> tuple[int, int, int, int]:
     """Return the addresses of inverse_dynamics, tangent, solve_stage and uphold (0: not needed)."""
+    work, arguments = problem.work, (problem.model, problem.data)
     state = (work.q, work.v, work.a, work.residual)
-    first = address(inverse_dynamics, model, data, *state)
-    second = address(tangent, model, data, (1.0, 1.0, 1.0), work.system)
-    calls = (first, second, 0, 0)
-    third = address(solve_stage, calls, model, data, work, 1.0, 1.0, 1.0, 1)
     # a free base has a chart too; a scene without either does without this kernel
-    fourth = address(uphold, model, data, work, 1.0, *state[:2]) if len(model.chart) else 0
-    return first, second, third, fourth
+    charts = len(problem.model.chart) > 0
+    return (
+        address(inverse_dynamics, *arguments, *state),
+        address(tangent, *arguments, (1.0, 1.0, 1.0), work.system),
+        address(solve_stage, pointer_to(problem), 1.0, 1.0, 1.0),
+        address(uphold, *arguments, work, 1.0, work.q, work.v) if charts else 0,
+    )
