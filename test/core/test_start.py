@@ -1,4 +1,4 @@
-"""Kernels are compiled for types, once: other numbers, bodies or methods compile nothing more."""
+"""Kernels are compiled once for a method and a space: other numbers or bodies compile no more."""
 
 import pytest
 from numba.core import event
@@ -28,9 +28,12 @@ def moved(document):
 
 @pytest.fixture(scope="module", autouse=True)
 def warm():
-    """Whatever scene comes first has everything compiled or loaded."""
-    moved(rod_document(order=2, actuators=[{"moment": "m", "rod": "rod", "section": "s",
-                                            "strain": "bend_y"}]))  # fmt: skip
+    """Compile or load what every method needs, in space and in a plane."""
+    actuators = [{"moment": "m", "rod": "rod", "section": "s", "strain": "bend_y"}]
+    for integrator in INTEGRATORS:
+        for strains in (None, ["bend_y", "stretch", "shear_z"]):
+            numerics = {"integrator": integrator}
+            moved(rod_document(order=2, strains=strains, actuators=actuators, numerics=numerics))
 
 
 @pytest.mark.parametrize(
