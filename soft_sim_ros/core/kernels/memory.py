@@ -17,6 +17,7 @@ from numba.extending import intrinsic
 from .jit import unit
 
 _intrinsic: Any = intrinsic
+_TUPLE: Any = types.BaseTuple
 
 
 def pointer_to(value: Any) -> types.Type:
@@ -76,7 +77,7 @@ def load(context, where):  # noqa: ARG001
 
 def _fields(context: Any, builder: Any, kind: Any, target: Any) -> Any:
     """Return the value of a type at an address, loaded field by field: unused ones vanish."""
-    if isinstance(kind, types.BaseTuple):
+    if isinstance(kind, _TUPLE):
         value = ir.Constant(context.get_value_type(kind), ir.Undefined)
         for i, part in enumerate(kind):
             place = cgutils.gep_inbounds(builder, target, 0, i)
