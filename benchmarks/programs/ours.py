@@ -34,7 +34,8 @@ class Run:
 def document(case: Case, settings: dict[str, Any]) -> dict[str, Any]:
     """Return the scene document of a case.
 
-    settings : order (int, or by strain), elements, kind, nodes, step, integrator, newton_tolerance
+    settings : order (int, or by strain), elements, kind, nodes, step, integrator, options,
+    newton_tolerance
     """
     basis: dict[str, Any] = {
         "kind": settings.get("kind", "legendre"),
@@ -77,7 +78,8 @@ def document(case: Case, settings: dict[str, Any]) -> dict[str, Any]:
         "numerics": {
             "step": settings["step"],
             "integrator": settings.get("integrator", "sdirk2"),
-            "newton_tolerance": settings.get("newton_tolerance", 1e-9),
+            "newton_tolerance": settings.get("newton_tolerance", "auto"),
+            "options": settings.get("options", {}),
             "basis": basis,
         },
     }
