@@ -29,6 +29,7 @@ REQUIRES = [
     "numpy>=1.26,<3",
     "scipy>=1.11,<2",
     "numba>=0.58,<0.70",
+    "llvmlite>=0.41,<0.53",  # numba asks for one of these exactly
     "PyYAML>=6.0,<7",
     "matplotlib>=3.6,<4",
     "mcap>=1.5,<2",
