@@ -75,6 +75,28 @@ class Inaccurate(SolverError):
         self.estimate, self.limit = estimate, limit
 
 
+class ToleranceMissed(SoftSimError):
+    """No choice of numerics, or not the one that the scene fixes, meets its tolerance.
+
+    Parameters
+    ----------
+    file : of the scene
+    tolerance, estimate : of the tip's error, over the arm's length
+    finest : the finest choice that was tried, in words
+    """
+
+    def __init__(self, file: str, tolerance: float, estimate: float, finest: str) -> None:
+        super().__init__(file, tolerance, estimate, finest)
+        self.file, self.tolerance, self.estimate, self.finest = file, tolerance, estimate, finest
+
+    def __str__(self) -> str:
+        """Put the numbers in a sentence."""
+        return (
+            f"{self.file}: numerics.tolerance = {self.tolerance:g} is not met: the estimate is "
+            f"{self.estimate:.2g} with {self.finest}"
+        )
+
+
 class EnergyGained(SolverError):
     """The steps made energy out of nothing.
 

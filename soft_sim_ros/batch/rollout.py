@@ -14,6 +14,8 @@ import numpy as np
 
 from soft_sim_ros import __version__
 from soft_sim_ros.batch.programme import Programme
+from soft_sim_ros.core.contract import choose
+from soft_sim_ros.core.drive import Drive
 from soft_sim_ros.core.estimate import Estimated
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.simulation import Simulation
@@ -32,7 +34,8 @@ class Rollout:
     """One run of a scene into a recording.
 
     The state is recorded at the start, then every ``publish_rate``⁻¹ s (in whole steps), and at the
-    end; a command is taken up at the first step boundary not before its time.
+    end; a command is taken up at the first step boundary not before its time. Where the scene has a
+    tolerance, a search for what meets it in this very run comes first.
 
     Parameters
     ----------
@@ -43,6 +46,13 @@ class Rollout:
     poses : number of backbone poses, base to tip
     max_error : run a companion that estimates the tip's error, and refuse to go on where the
         estimate is beyond this part of the length; infinite: estimate only; None: no companion
+    duration : of the run to come, in s; asked for by a tolerance only
+    say : told in words what is tried to meet a tolerance
+
+    Raises
+    ------
+    ToleranceMissed
+        if the tolerance of the scene cannot be met
 
     Warns
     -----
@@ -59,13 +69,26 @@ class Rollout:
         publish_rate: float = 100.0,
         poses: int = 51,
         max_error: float | None = None,
+        duration: float | None = None,
+        say: Callable[[str], None] = lambda text: None,
     ) -> None:
         self.directory = Path(directory)
+        step_ns = round(scene.numerics.step * 1e9)
+        step = step_ns * 1e-9
+        self._publish_steps = max(1, round(1.0 / (publish_rate * step)))
+        actuators = len(scene.actuators)
+        if programme is None:
+            programme = Programme(np.empty(0), np.empty((0, actuators)))
+        self._rows = programme.steps(step), programme.efforts
+        self._contract: dict[str, float] | None = None
+        tolerance = scene.numerics.tolerance
+        if tolerance is not None and duration is not None:
+            choice = choose(scene, self._drive(steps_of(duration, step_ns)), say)
+            scene = choice.scene
+            self._contract = {"tolerance": tolerance, "error_rel": choice.estimate}
         self.simulation = Simulation(scene)
         self._inputs = Inputs(self.simulation, command_timeout=0.0, ramp=0.0)
         self._telemetry = Telemetry(self.simulation, poses, FRAME, NODE)
-        step = self.simulation.step_ns * 1e-9
-        self._publish_steps = max(1, round(1.0 / (publish_rate * step)))
         real_rate = 1.0 / (self._publish_steps * step)
         if abs(real_rate - publish_rate) > 1e-6 * publish_rate:
             warnings.warn(
@@ -74,9 +97,6 @@ class Rollout:
                 stacklevel=2,
             )
         self._pair = None if max_error is None else Estimated(self.simulation, max_error)
-        if programme is None:
-            programme = Programme(np.empty(0), np.empty((0, self.simulation.n_actuators)))
-        self._due = list(zip(programme.steps(step).tolist(), programme.efforts, strict=True))[::-1]
         self._seconds = 0.0
         self._ended_by = "interrupted"
         self._writer = BagWriter(
@@ -91,7 +111,7 @@ class Rollout:
                 "publish_rate": repr(publish_rate),
                 "real_time_factor": "0.0",
             },
-            attachments={"scene.yaml": scene.source.encode()},
+            attachments={"scene.yaml": self.simulation.scene.source.encode()},
         )
 
     def run(self, duration: float, progress: Callable[[float], None] = lambda t: None) -> dict:
@@ -107,7 +127,7 @@ class Rollout:
         SolverError
             if the solver gives up; everything up to there is in the recording
         """
-        last = max(0, math.ceil(duration * 1e9 / self.simulation.step_ns - 1e-6))
+        last = steps_of(duration, self.simulation.step_ns)
         begin = time.perf_counter()
         try:
             self._run(last, progress)
@@ -125,22 +145,23 @@ class Rollout:
             (self.directory / "summary.json").write_text(text + "\n")
         return summary
 
+    def _drive(self, last: int) -> Drive:
+        """Return the commands of a run of ``last`` steps."""
+        steps, efforts = self._rows
+        return Drive(steps, efforts, last, self._publish_steps)
+
     def _run(self, last: int, progress: Callable[[float], None]) -> None:
-        simulation = self.simulation
+        simulation, drive = self.simulation, self._drive(last)
         self._emit()
-        while simulation.step_index < last:
-            index = simulation.step_index
-            while self._due and self._due[-1][0] <= index:
-                efforts = self._due.pop()[1]
+        for commands, stop in drive.stretches():
+            for efforts in commands:
                 self._writer.write("command", simulation.time_ns, encode_floats(efforts))
                 self._inputs.command(efforts)
-            stop = min(last, index + self._publish_steps - index % self._publish_steps)
-            if self._due:
-                stop = min(stop, self._due[-1][0])
-            self._inputs.advance(stop - index)
+            steps = stop - simulation.step_index
+            self._inputs.advance(steps)
             if self._pair is not None:
-                self._pair.follow(stop - index)
-            if stop % self._publish_steps == 0 or stop == last:
+                self._pair.follow(steps)
+            if drive.looks(stop):
                 self._emit()
                 self._writer.wait_for_room()
                 progress(simulation.time)
@@ -170,6 +191,7 @@ class Rollout:
             "solver": simulation.statistics()._asdict(),
             "energy_residual_J": residual if math.isfinite(residual) else None,
             "estimate": None if self._pair is None else self._pair.summary(),
+            "accuracy": self._contract,
             "recording": {
                 "directory": str(self.directory),
                 "recorded": writer.written,
@@ -177,3 +199,8 @@ class Rollout:
                 "error": writer.error,
             },
         }
+
+
+def steps_of(duration: float, step_ns: int) -> int:
+    """Return how many steps cover a duration in s."""
+    return max(0, math.ceil(duration * 1e9 / step_ns - 1e-6))

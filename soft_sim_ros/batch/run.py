@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from soft_sim_ros import __version__
-from soft_sim_ros.batch.edit import edited
 from soft_sim_ros.batch.programme import Programme, read_programme
 from soft_sim_ros.batch.rollout import Rollout
 from soft_sim_ros.errors import RecordingError, SceneError, SoftSimError
 from soft_sim_ros.scene import Scene, parse_scene
+from soft_sim_ros.scene.put import edited
 
 COMPLETED = "completed"
 RESULT = "result.json"
@@ -137,7 +137,7 @@ def execute(run: Run, out: str) -> dict[str, Any]:
         scene = run.scene()
         rollout = Rollout(
             scene, directory, run.programme(scene), publish_rate=run.publish_rate,
-            poses=run.poses, max_error=run.max_error,
+            poses=run.poses, max_error=run.max_error, duration=run.duration,
         )  # fmt: skip
         rollout.run(run.duration)
     except Exception as error:
@@ -160,7 +160,7 @@ def execute(run: Run, out: str) -> dict[str, Any]:
 
 def _numbers(rollout: Rollout) -> dict[str, Any]:
     summary = rollout.summary()
-    estimate = summary["estimate"] or {}
+    estimate = summary["estimate"] or summary["accuracy"] or {}
     tip = rollout.simulation.sampler(2).poses()[-1, :3]
     return {
         "simulated_s": summary["simulated_s"],

@@ -22,13 +22,13 @@ from typing import Any
 import numpy as np
 import yaml
 
-from soft_sim_ros.batch.edit import key_path
 from soft_sim_ros.batch.run import Run
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import load_scene
 from soft_sim_ros.scene.document import Document
 from soft_sim_ros.scene.interval import FINITE, NONNEGATIVE, POSITIVE, Interval
 from soft_sim_ros.scene.load_scene import find_scene
+from soft_sim_ros.scene.put import key_path
 from soft_sim_ros.scene.reader import Reader
 
 KEYS = (

@@ -50,6 +50,7 @@ def _one(run: Run, out: Path) -> int:
     scene = run.scene()
     programme = run.programme(scene)
     warm_up(scene)
+    line = Line()
     rollout = Rollout(
         scene,
         out,
@@ -57,8 +58,10 @@ def _one(run: Run, out: Path) -> int:
         publish_rate=run.publish_rate,
         poses=run.poses,
         max_error=run.max_error,
+        duration=run.duration,
+        say=line.show,
     )
-    line = Line()
+    line.clear()
     begin = time.monotonic()
 
     def progress(now: float) -> None:
@@ -78,6 +81,11 @@ def _one(run: Run, out: Path) -> int:
     if summary["estimate"]:
         error = summary["estimate"]["error_rel"]
         print(f"estimate of the tip's error in time: {error:.2g} of the length")
+    if summary["accuracy"]:
+        print(
+            "estimate of the tip's error: {error_rel:.2g} of the length, "
+            "tolerance {tolerance:g}".format_map(summary["accuracy"])
+        )
     print(f"{kept['recorded']} messages recorded in {kept['directory']}")
     if kept["dropped"] or kept["error"]:
         print(f"error: {kept['dropped']} messages lost: {kept['error']}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from soft_sim_ros.commands.progress import compiling
+from soft_sim_ros.core.contract import draft
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.scene import Scene
@@ -11,7 +12,7 @@ from soft_sim_ros.scene import Scene
 def warm_up(scene: Scene) -> None:
     """Make a step and every message of an arm that is thrown away; show what is compiled."""
     with compiling():
-        simulation = Simulation(scene)
+        simulation = Simulation(draft(scene))
         simulation.advance(1)
         telemetry = Telemetry(simulation, 2, "world", "/warm_up")
         for topic in telemetry.topics:

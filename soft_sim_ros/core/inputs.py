@@ -75,7 +75,7 @@ class Inputs:
 
     # Orders: anything wrong with a command is said here, before it reaches the arm.
 
-    def effort_order(self, efforts: Sequence[float]) -> Order:
+    def effort_order(self, efforts: Sequence[float] | np.ndarray) -> Order:
         """Order for all actuators, ``efforts`` (n_actuators,) in scene order."""
         values = np.array(efforts, dtype=float)
         if values.shape != (len(self.names),):
@@ -145,7 +145,7 @@ class Inputs:
         self.last_order_ns = now
         self._changed = True
 
-    def command(self, efforts: Sequence[float]) -> Order:
+    def command(self, efforts: Sequence[float] | np.ndarray) -> Order:
         """Check and take up efforts for all actuators."""
         order = self.effort_order(efforts)
         self.take(order)

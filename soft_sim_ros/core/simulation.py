@@ -93,6 +93,10 @@ class Simulation:
     """
 
     def __init__(self, scene: Scene, prune: bool = True) -> None:
+        if scene.numerics.free:  # a tolerance asks the solver to choose, which takes simulations
+            from .contract import settled
+
+            scene = settled(scene)
         self.scene = scene
         self.dynamics = Dynamics(scene)
         self.compiled = self.dynamics.compiled

@@ -8,6 +8,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 
+from soft_sim_ros.core.watch import WatchedInputs
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.physics import Physics
 
@@ -89,6 +90,11 @@ class Diagnostics:
             "recording error": (log.error or "none") if log else "none",
             "last error": physics.last_error or "none",
         }
+        inputs = physics.inputs
+        watched = isinstance(inputs, WatchedInputs)
+        if watched:
+            values["error estimate (of the length)"] = inputs.error_rel
+            values["tolerance (of the length)"] = inputs.tolerance
         ok, warn, error = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
         if physics.failure:
             return values, error, physics.failure
@@ -98,6 +104,9 @@ class Diagnostics:
             return values, error, f"recording: {log.error}"
         if log is not None and log.dropped:
             return values, warn, f"recording: {log.dropped} messages dropped"
+        if watched and not inputs.error_rel <= inputs.tolerance:
+            estimate, tolerance = inputs.error_rel, inputs.tolerance
+            return values, warn, f"error estimate {estimate:.2g} beyond tolerance {tolerance:g}"
         if physics.paused:
             return values, ok, "paused"
         if overruns and factor < _BEHIND * pacer.factor:

@@ -14,8 +14,10 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from soft_sim_ros.core.inputs import Inputs
+from soft_sim_ros.core.contract import choose, draft
+from soft_sim_ros.core.refinement import words
 from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.watch import inputs_of
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.commands import Gate
@@ -133,8 +135,13 @@ class Arm:
             self.publishers.after_tick.append(tip.send)
         _warm_up(scene, settings, node.get_logger().info)
         hold_signals()  # from here on there is a recording to be closed
-        self.simulation = Simulation(scene)
-        self.inputs = Inputs(self.simulation, settings.command_timeout, settings.command_ramp)
+        self.simulation = _simulation(scene, node.get_logger().info)
+        self.inputs = inputs_of(
+            self.simulation,
+            settings.command_timeout,
+            settings.command_ramp,
+            node.get_logger().warning,
+        )
         self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
         self.gate = Gate(self.inputs, settings.frame_id, self._submit, node.get_logger().warning)
         self.log = self._open_log((*self.publishers.topics, *inputs), prefix)
@@ -269,11 +276,21 @@ def run_metadata(settings: Settings, prefix: str) -> dict[str, str]:
 def _warm_up(scene: Scene, settings: Settings, say) -> None:
     """Compile everything the run needs with an arm that is thrown away."""
     with _patience(say, "compiling the kernels (kept for the next start)"):
-        arm = Simulation(scene)
+        arm = Simulation(draft(scene))
         arm.advance(1)
         telemetry = Telemetry(arm, settings.poses, settings.frame_id, "/warm_up")
         for one in telemetry.topics:
             getattr(telemetry, one.key)()
+
+
+def _simulation(scene: Scene, say: Callable[[str], None]) -> Simulation:
+    """Make the simulation; say what is chosen where the scene leaves something free."""
+    if not scene.numerics.free:
+        return Simulation(scene)
+    with _patience(say, "choosing what meets the tolerance"):
+        choice = choose(scene)
+    say(f"meets the tolerance in a probe: {words(choice.scene.numerics)}")
+    return Simulation(choice.scene)
 
 
 @contextmanager

@@ -7,6 +7,8 @@ import math
 from pathlib import Path
 
 from soft_sim_ros import __version__
+from soft_sim_ros.core.inputs import Inputs
+from soft_sim_ros.core.watch import WatchedInputs
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.parameters import Settings
 from soft_sim_ros.node.physics import Physics
@@ -39,6 +41,7 @@ def summarise(
         "step_cost": physics.costs.summary(),
         "solver": {key: _plain(v) for key, v in simulation.statistics()._asdict().items()},
         "energy_residual_J": _plain(physics.residual),
+        "accuracy": accuracy(physics.inputs),
         "messages_sent": dict(publishers.sent),
         "commands": {
             "accepted": gate.accepted,
@@ -55,6 +58,13 @@ def summarise(
         },
         "parameters": vars(settings),
     }
+
+
+def accuracy(inputs: Inputs) -> dict[str, float | None] | None:
+    """Tolerance and estimate of the tip's error over the length; null where the estimate ended."""
+    if not isinstance(inputs, WatchedInputs):
+        return None
+    return {"tolerance": inputs.tolerance, "error_rel": _plain(inputs.error_rel)}
 
 
 def write_summary(directory: str, summary: dict) -> Path:

@@ -84,6 +84,14 @@ def accuracy_rows(run: Run, summary: Mapping[str, Any]) -> Rows:
         rows.append(("Largest energy residual", f"{residual.max():.3g} J"))
         if scale > 0:
             rows.append(("… of the largest entry", f"{residual.max() / scale:.2g}"))
+    contract = summary.get("accuracy")
+    if contract:
+        estimate = contract["error_rel"]
+        told = (
+            "none: its companion gave up" if estimate is None else f"{estimate:.2g} of length"
+        )
+        rows.append(("Estimated error of the tip", told))
+        rows.append(("Tolerance", f"{contract['tolerance']:g} of length"))
     for key, value in (summary.get("solver") or {}).items():
         rows.append((f"Solver {key}", _plain(value)))
     return rows

@@ -14,7 +14,7 @@ from soft_sim_ros.scene.law import Curve, Rivlin, register_law
 from soft_sim_ros.scene.load import DistributedLoad, Load, PointLoad, Schedule
 from soft_sim_ros.scene.load_scene import Scene, load_scene, packaged_scenes, parse_scene
 from soft_sim_ros.scene.material import Material, Maxwell
-from soft_sim_ros.scene.numerics import BASES, INTEGRATORS, Basis, Numerics
+from soft_sim_ros.scene.numerics import BASES, INTEGRATORS, Basis, Free, Numerics
 from soft_sim_ros.scene.pose import Pose
 from soft_sim_ros.scene.profile import register_profile
 from soft_sim_ros.scene.reference import Reference
@@ -25,7 +25,7 @@ from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 __all__ = [
     "BASES", "INTEGRATORS", "STRAINS",
     "Actuator", "Basis", "Body", "ChamberActuator", "Curve", "DistributedLoad", "FlexibleLink",
-    "Initial", "Joint", "JointActuator", "Load", "Material", "Maxwell", "MomentActuator",
+    "Free", "Initial", "Joint", "JointActuator", "Load", "Material", "Maxwell", "MomentActuator",
     "Numerics", "PointLoad", "Pose", "Reference", "RigidBody", "Rivlin", "Rod", "Scene",
     "Schedule", "Section", "SectionSummary", "TendonActuator", "load_scene", "packaged_scenes",
     "parse_scene", "register_law", "register_profile", "summary", "total_mass",

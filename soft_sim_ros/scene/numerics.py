@@ -40,10 +40,29 @@ class Basis:
 
 
 @dataclass(frozen=True)
+class Free:
+    """What a tolerance leaves to the solver, because the scene does not fix it.
+
+    time : whether the error of the integrator's steps
+    order, elements, nodes : names of the rods whose orders, elements and nodes
+    """
+
+    time: bool = False
+    order: frozenset[str] = frozenset()
+    elements: frozenset[str] = frozenset()
+    nodes: frozenset[str] = frozenset()
+
+    def __bool__(self) -> bool:
+        return bool(self.time or self.order or self.elements or self.nodes)
+
+
+@dataclass(frozen=True)
 class Numerics:
     """Step in s, integrator and its options, Newton's tolerance and iterations, bases.
 
-    Without a ``newton_tolerance`` Newton's method follows the error of the integrator.
+    Without a ``newton_tolerance`` Newton's method follows the error of the integrator. With a
+    ``tolerance``, of the tip's position over the arm's length, what is ``free`` has yet to be
+    chosen (core/contract.py) and stands here with its default.
     ``rods`` has one Basis for every rod, with orders for its active strains only: ``basis`` with
     the overrides of that rod put in.
     """
@@ -55,6 +74,8 @@ class Numerics:
     max_iterations: int = 20
     basis: Basis = field(default_factory=Basis)
     rods: dict[str, Basis] = field(default_factory=dict)
+    tolerance: float | None = None
+    free: Free = Free()
 
 
 def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
@@ -62,13 +83,15 @@ def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
     rods = [body for body in bodies if isinstance(body, Rod)]
     active = tuple(s for s in STRAINS if any(s in rod.strains for rod in rods))
     reader.only(
-        "step", "integrator", "options", "newton_tolerance", "max_iterations", "basis", "rods"
-    )
+        "step", "integrator", "options", "newton_tolerance", "max_iterations", "basis", "rods",
+        "tolerance",
+    )  # fmt: skip
     basis = _read_basis(reader.mapping("basis"), Basis(), active)
     bases: dict[str, Basis] = {}
     overrides = reader.mapping("rods").only(*(rod.name for rod in rods))
     for rod in rods:
         bases[rod.name] = _read_basis(overrides.mapping(rod.name), basis, rod.strains)
+    tolerance = reader.number("tolerance", Interval.parse("[1e-8, 0.1]"), default=None)
     return Numerics(
         step=_read_step(reader),
         integrator=reader.choice("integrator", INTEGRATORS, default="sdirk2"),
@@ -77,6 +100,25 @@ def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
         max_iterations=reader.whole("max_iterations", Interval.parse("[1, 1000]"), default=20),
         basis=basis,
         rods=bases,
+        tolerance=tolerance,
+        free=Free() if tolerance is None else _read_free(reader, bases),
+    )
+
+
+def _read_free(reader: Reader, bases: dict[str, Basis]) -> Free:
+    """Return what is not written down: a choice that is written stays."""
+    adaptive = reader.choice("integrator", INTEGRATORS, default="adaptive") == "adaptive"
+    common, overrides = reader.mapping("basis"), reader.mapping("rods")
+    free: dict[str, set[str]] = {"order": set(), "elements": set(), "nodes": set()}
+    for name, basis in bases.items():
+        for key, rods in free.items():
+            if not common.has(key) and not overrides.mapping(name).has(key):
+                rods.add(name)
+        if basis.kind in FIXED_ORDER:  # elements are all that can be refined
+            free["order"].discard(name)
+    return Free(
+        time=adaptive and not reader.mapping("options").has("error"),
+        **{key: frozenset(rods) for key, rods in free.items()},
     )
 
 
