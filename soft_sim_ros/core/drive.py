@@ -12,9 +12,11 @@ from .model import Floats, Ints
 from .modes import complex_modes
 from .simulation import Simulation
 
-# A probe shakes the arm for so long, s: a period of its slowest motion, within these bounds …
-SHORTEST, LONGEST = 0.2, 3.0
-PUSHES = 10  # … with efforts that change so often
+# A probe takes two periods of the slowest motion, within these bounds in s. It holds the arm at
+# corners of what its actuators can do, then shakes it.
+SHORTEST, LONGEST = 0.4, 4.0
+CORNERS, PUSHES = 3, 8
+HOLDING = 0.6  # of its time
 MODES_CHECKED = 300  # coordinates beyond which their period is not looked for
 SWAY = 0.3  # displacement of the tip, over the length, by an effort without limits
 
@@ -82,31 +84,37 @@ class Drive:
 
 
 def probe(simulation: Simulation) -> Drive:
-    """Return a run for an arm whose commands are not known yet: all its actuators shake it.
+    """Return a run for an arm whose commands are not known yet: its actuators bend and shake it.
 
-    Efforts are drawn between their limits, the same ones at every call. Without a limit, it is
-    what would move the tip by SWAY in the time of the probe, by small motion.
+    All go to their upper limits, then to corners drawn between both, then to efforts drawn between
+    the limits; the same ones at every call. Without a limit, it is what would move the tip by SWAY
+    in the time of the probe, by small motion.
     """
     actuators = simulation.scene.actuators
-    duration = _slowest_period(simulation)
+    duration = _duration(simulation)
     last = max(1, round(duration * 1e9 / simulation.step_ns))
     reach = _sway(simulation, duration)
-    rows = np.random.default_rng(1).uniform(0.0, 1.0, (PUSHES, len(actuators)))
+    drawn = np.random.default_rng(1).uniform(0.0, 1.0, (CORNERS + PUSHES, len(actuators)))
+    rows = np.where(np.arange(len(drawn))[:, None] < CORNERS, np.round(drawn), drawn)
+    rows[0] = 1.0
+    starts = [HOLDING * np.arange(CORNERS) / CORNERS]
+    starts += [HOLDING + (1.0 - HOLDING) * np.arange(PUSHES) / PUSHES]
     for i, actuator in enumerate(actuators):
         bounds = zip(actuator.limits, (-reach[i], reach[i]), strict=True)
         low, high = (limit if np.isfinite(limit) else sway for limit, sway in bounds)
         rows[:, i] = low + (high - low) * rows[:, i]
-    return Drive(np.arange(PUSHES) * last // PUSHES, rows, last, max(1, last // 100))
+    steps = (last * np.concatenate(starts)).astype(np.int64)
+    return Drive(steps, rows, last, max(1, last // 100))
 
 
-def _slowest_period(simulation: Simulation) -> float:
-    """Return the period in s of the slowest motion about the initial state, within bounds."""
+def _duration(simulation: Simulation) -> float:
+    """Return two periods in s of the slowest motion about the initial state, within bounds."""
     if not 0 < simulation.n_coordinates <= MODES_CHECKED:
         return LONGEST
     rates = np.abs(complex_modes(simulation.dynamics, simulation.q).values)
     moving = rates[rates > 0.0]
     slowest = float(moving.min()) if len(moving) else 0.0
-    return float(np.clip(2.0 * np.pi / max(slowest, 1e-9), SHORTEST, LONGEST))
+    return float(np.clip(4.0 * np.pi / max(slowest, 1e-9), SHORTEST, LONGEST))
 
 
 def _sway(simulation: Simulation, duration: float) -> Floats:

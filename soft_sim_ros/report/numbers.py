@@ -87,9 +87,7 @@ def accuracy_rows(run: Run, summary: Mapping[str, Any]) -> Rows:
     contract = summary.get("accuracy")
     if contract:
         estimate = contract["error_rel"]
-        told = (
-            "none: its companion gave up" if estimate is None else f"{estimate:.2g} of length"
-        )
+        told = "none: its companion gave up" if estimate is None else f"{estimate:.2g} of length"
         rows.append(("Estimated error of the tip", told))
         rows.append(("Tolerance", f"{contract['tolerance']:g} of length"))
     for key, value in (summary.get("solver") or {}).items():

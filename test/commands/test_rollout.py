@@ -5,6 +5,7 @@ import json
 import numpy as np
 
 from soft_sim_ros import Simulation, load_scene, read_run
+from soft_sim_ros.scene import parse_scene
 
 
 def test_commands_act_from_the_step_boundary_they_are_recorded_at(recording, scene):
@@ -81,3 +82,41 @@ def test_a_rate_that_no_whole_number_of_steps_gives_is_said(scene, call, tmp_pat
     assert "recorded 250 times per s, not 300" in capsys.readouterr().err
     call("rollout", scene, "--duration", 0.02, "--publish-rate", 125, "--out", tmp_path / "other")
     assert "warning" not in capsys.readouterr().err
+
+
+def test_a_tolerance_is_met_by_what_the_recording_says(scene, call, tmp_path, capsys):
+    text = scene.read_text()
+    numerics = text.index("numerics:")
+    scene.write_text(text[:numerics] + "numerics: {step: 0.002, tolerance: 1.0e-4}  # mine\n")
+    commands = tmp_path / "commands.csv"
+    commands.write_text("time,y,z\n0.1,0.05,0\n0.2,0,0.1\n")
+    out = tmp_path / "out"
+    duration = ("--duration", 0.4, "--commands", commands)
+    assert call("rollout", scene, *duration, "--out", out) == 0
+    assert "of the length, tolerance 0.0001" in capsys.readouterr().out
+    accuracy = json.loads((out / "summary.json").read_text())["accuracy"]
+    assert accuracy["tolerance"] == 1e-4
+    run = read_run(out)
+    basis = "{order: 6, elements: 2, nodes: 20}"
+    finer = f"numerics: {{step: 2.0e-5, integrator: sdirk3, basis: {basis}}}\n"
+    scene.write_text(text[:numerics] + finer)
+    call("rollout", scene, *duration, "--out", tmp_path / "finer")
+    exact = read_run(tmp_path / "finer").tip_pose.positions
+    error = np.linalg.norm(run.tip_pose.positions - exact, axis=1).max() / 0.3
+    assert 0.5 * error < accuracy["error_rel"] < 1e-4
+    capsys.readouterr()
+    # the recording names the choice, so the same bits come without a search
+    chosen = parse_scene(run.scene_text).numerics
+    assert chosen.tolerance == 1e-4 and not chosen.free and chosen.integrator == "adaptive"
+    assert call("rerun", out) == 0
+    assert "0 bits different" in capsys.readouterr().out
+
+
+def test_a_tolerance_that_cannot_be_met_begins_no_recording(scene, call, tmp_path, capsys):
+    text = scene.read_text().replace("step: 0.002", "tolerance: 1.0e-6")
+    scene.write_text(text.replace("basis: {", "basis: {elements: 1, "))
+    out = tmp_path / "out"
+    assert call("rollout", scene, "--duration", 0.2, "--out", out) != 0
+    error = capsys.readouterr().err
+    assert "numerics.tolerance = 1e-06 is not met" in error and "bend_y 1" in error
+    assert not out.exists()

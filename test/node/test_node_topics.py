@@ -1,5 +1,6 @@
 """What a running node says: names, types, stamps, rates, qualities of service, diagnostics."""
 
+import json
 import time
 from pathlib import Path
 
@@ -228,3 +229,26 @@ def test_arms_live_side_by_side_in_namespaces_and_one_of_them_owns_time(tmp_path
         assert clock.node_namespace == "/"
     finally:
         assert other.end() == 0, other.text
+
+
+def test_a_node_with_a_tolerance_says_how_far_off_the_tip_may_be(tmp_path, peer):
+    text = SCENE.read_text()
+    scene = tmp_path / "exact.yaml"
+    scene.write_text(
+        text[: text.index("numerics:")] + "numerics: {step: 0.002, tolerance: 1.0e-3}\n"
+    )
+    program = simulator(tmp_path, scene=scene, record=tmp_path / "run")
+    assert "meets the tolerance in a probe: arm: orders bend_y" in program.text
+    reports = peer.listen(DiagnosticArray, "/diagnostics")
+    hand = peer.talk(Float64MultiArray, "soft_arm/command")
+    wait_for(hand.get_subscription_count, "the subscription")
+
+    def estimate() -> float:
+        hand.publish(Float64MultiArray(data=[0.3, 0.2]))
+        values = {v.key: v.value for m in list(reports)[-1:] for v in m.status[0].values}
+        return float(values.get("error estimate (of the length)", "0"))
+
+    wait_for(lambda: estimate() > 0.0, "an estimate")
+    assert program.end() == 0, program.text
+    accuracy = json.loads((tmp_path / "run" / "summary.json").read_text())["accuracy"]
+    assert accuracy["tolerance"] == 1e-3 and 0.0 < accuracy["error_rel"] < 1e-3
