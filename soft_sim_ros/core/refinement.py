@@ -33,6 +33,7 @@ class Refinement:
     def __init__(self, scene: Scene, tolerance: float) -> None:
         self._scene, self._tolerance = scene, tolerance
         self.free: Free = scene.numerics.free
+        self._known: dict[str, dict[str, int]] = {}
 
     def first(self) -> Numerics:
         """Return the first guess."""
@@ -135,9 +136,14 @@ class Refinement:
     def _automatic(self, numerics: Numerics) -> dict[str, int]:
         """Return the nodes per element that each rod gets by itself, at least."""
         rods = {name: replace(basis, nodes=None) for name, basis in numerics.rods.items()}
-        plain = replace(self._scene, numerics=replace(numerics, rods=rods))
-        chain = build_chain(plain)
-        return {n: max(element.nodes for element in r.elements) for n, r in chain.rods.items()}
+        key = repr(rods)
+        if key not in self._known:
+            chain = build_chain(replace(self._scene, numerics=replace(numerics, rods=rods)))
+            self._known[key] = {
+                name: max(element.nodes for element in rod.elements)
+                for name, rod in chain.rods.items()
+            }
+        return self._known[key]
 
     def _segments(self, numerics: Numerics) -> dict[str, float]:
         """Return the segments per section of each rod."""
