@@ -33,7 +33,7 @@ from .quadrature import gauss
 class Compiled:
     """A model, and what is needed to speak about it in the scene's words."""
 
-    scene: Scene
+    scene: Scene  # with nothing left free
     chain: Chain
     model: Model
     loads: Loads
@@ -44,7 +44,11 @@ class Compiled:
 
 
 def compile_scene(scene: Scene) -> Compiled:
-    """Return the compiled scene."""
+    """Return the compiled scene; where a tolerance leaves something free, that is chosen first."""
+    if scene.numerics.free:
+        from .contract import settled  # which takes simulations
+
+        scene = settled(scene)
     base = se3.pose_matrix(scene.base.position, scene.base.quaternion)
     chain = build_chain(scene)
     length = sum(span.length for span in chain.spans) or 1.0

@@ -24,7 +24,9 @@ from .simulation import Simulation
 
 SAFETY = 1.25  # the companion is no continuum
 SHARE = 0.25  # of the tolerance, for each of time, order and nodes
-ROUNDS = 12
+# Given up after so many refinements, or so many in a row that gain less than a factor GAIN: motion
+# without damping may depend on everything.
+ROUNDS, PATIENCE, GAIN = 12, 3, 1.5
 
 
 @dataclass(frozen=True)
@@ -84,16 +86,18 @@ def choose(
     if tolerance is None:
         raise ValueError(f"{scene.name} has no numerics.tolerance")
     search = _Search(scene, tolerance, drive)
-    numerics = search.rules.first()
+    numerics, estimate, stuck = search.rules.first(), np.inf, 0
     for rounds in range(ROUNDS):
+        before = estimate
         estimate = SAFETY * search.apart(numerics, search.rules.finer(numerics))
         say(f"{words(numerics)}: estimate {estimate:.2g} for {tolerance:g}")
         if estimate <= tolerance:
             fixed = replace(numerics, free=Free())
             chosen = replace(scene, numerics=fixed, source=source_with(scene, fixed))
             return Choice(chosen, estimate, rounds)
+        stuck = stuck + 1 if estimate > before / GAIN else 0
         refined = search.refined(numerics)
-        if refined == numerics:
+        if refined == numerics or stuck == PATIENCE:
             break
         numerics = refined
     if search.failure is not None:

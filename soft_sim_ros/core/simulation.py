@@ -93,13 +93,9 @@ class Simulation:
     """
 
     def __init__(self, scene: Scene, prune: bool = True) -> None:
-        if scene.numerics.free:  # a tolerance asks the solver to choose, which takes simulations
-            from .contract import settled
-
-            scene = settled(scene)
-        self.scene = scene
         self.dynamics = Dynamics(scene)
         self.compiled = self.dynamics.compiled
+        self.scene = scene = self.compiled.scene
         self.model = self.compiled.model
         self.coordinate_names = self.compiled.coordinate_names
         self.actuator_names = tuple(actuator.name for actuator in scene.actuators)

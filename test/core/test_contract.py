@@ -11,6 +11,7 @@ from scenes import SOFT, rod_document, scene_of
 
 from soft_sim_ros.core.contract import choose, settled
 from soft_sim_ros.core.drive import Drive, probe
+from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.watch import WatchedInputs
@@ -208,3 +209,11 @@ def test_a_companion_that_gives_up_ends_the_estimate_not_the_run(monkeypatch):
     assert len(said) == 1
     inputs.advance(3)
     assert inputs.simulation.step_index == 6 and len(said) == 1
+
+
+def test_everything_that_is_compiled_from_a_scene_uses_the_choice():
+    scene = load_scene("precise_arm")
+    simulation = Simulation(scene)
+    dynamics = Dynamics(scene)
+    assert dynamics.compiled.scene.numerics == simulation.scene.numerics
+    assert dynamics.n == simulation.n_coordinates
