@@ -94,6 +94,8 @@ def next_step(at, anchor, h):
         status, error = attempt(at, here, length, first)
         if status != CONVERGED:
             size = 0.25 * length
+            for i in range(n):
+                work.a[i] = 0.0  # where Newton's method went astray is no guess for a first step
             work.counters[REJECTED] += 1
             continue
         # of order k + 1 in the length, k the order of the embedded method
