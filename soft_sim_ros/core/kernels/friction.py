@@ -127,7 +127,9 @@ def capstan_tangent(model, data, i, alpha, first, system):
             speed -= station[p, g, SHORTENING]
         if p + 1 == end or model.seg_block[model.tendon_seg[p + 1]] != b:
             if below >= first:
-                system.right[below, :low] = change[:low]
+                for j in range(low):
+                    system.right[below, j] = change[j]
             if above < last:
-                system.right[above, high:] = slip[high:]
+                for j in range(high, n):
+                    system.right[above, j] = slip[j]
             below, above = below + 2, above + 2
