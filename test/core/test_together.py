@@ -71,7 +71,7 @@ def test_helpers_compile_a_part_and_leave_nothing_behind(tmp_path):
 
 @pytest.mark.parametrize(
     ("interpreter", "warning"),
-    [("/nowhere/python", "one process only"), ("/bin/true", "ended early")],
+    [("/nowhere/python", "no other process"), ("/bin/true", "ended early")],
 )
 def test_without_helpers_everything_is_compiled_here(tmp_path, interpreter, warning):
     found = compiled(tmp_path, interpreter)

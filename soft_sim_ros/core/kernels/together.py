@@ -38,7 +38,11 @@ def compile_together(calls: list[Call]) -> None:
     team: list[_Helper] = []
     try:
         for _ in range(min(len(os.sched_getaffinity(0)), MOST, len(queue)) - 1):
-            team.append(_Helper(queue))
+            try:
+                team.append(_Helper(queue))
+            except OSError as failure:
+                warnings.warn(f"no other process compiles kernels: {failure}", stacklevel=2)
+                break
         while team and queue:
             try:
                 unit, types = queue.popleft()
@@ -47,8 +51,6 @@ def compile_together(calls: list[Call]) -> None:
             unit.compile(types)
         for helper in team:
             helper.thread.join()
-    except OSError as failure:
-        warnings.warn(f"kernels are compiled in one process only: {failure}", stacklevel=2)
     finally:
         for helper in team:
             helper.stop()
