@@ -74,8 +74,8 @@ def test_nothing_is_compiled_for_other_numbers_in_the_numerics(numerics):
         {"gravity": [1, 2, -9]},
         {"gravity": [0.0, 0.0, -9.81], "base": {"position": [1, 2, 3], "rpy": [0.1, 0.2, 0.3]}},
         {"actuators": [], "loads": []},
-        {"initial": {"strains": {"rod/s": [0, 1, 0, 0, 0, 0]}}, "gravity": [0, 0, -1]},
-        {"loads": [{"point": "p", "body": "rod", "force": [0, 0, 1], "end": 1}]},
+        {"initial": {"strains": {"rod/s": {"bend_y": 1}}}, "gravity": [0, 0, -1]},
+        {"loads": [{"point": "p", "body": "rod", "force": [0, 0, 1], "schedule": {"end": 1}}]},
     ],
     ids=str,
 )
