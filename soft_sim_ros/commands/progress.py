@@ -53,25 +53,30 @@ def compiling(stream: TextIO | None = None) -> Iterator[None]:
     """Show which kernels are being compiled: it happens once per machine and version."""
     from numba.core import event
 
+    from soft_sim_ros.core.kernels.together import listeners
+
     line = Line(stream)
     start = time.monotonic()
     names: list[str] = []
 
+    def begins(name: str) -> None:
+        names.append(name)
+        seconds = time.monotonic() - start
+        line.show(f"compiling kernels, once: {len(names)} so far, {seconds:.0f} s ({name})")
+
     class Watcher(event.Listener):
         def on_start(self, event: Any) -> None:
-            names.append(event.data["dispatcher"].py_func.__name__)
-            seconds = time.monotonic() - start
-            line.show(
-                f"compiling kernels, once: {len(names)} so far, {seconds:.0f} s ({names[-1]})"
-            )
+            begins(event.data["dispatcher"].py_func.__name__)
 
         def on_end(self, event: Any) -> None:
             pass
 
+    listeners.append(begins)
     with event.install_listener("numba:compile", Watcher()):
         try:
             yield
         finally:
+            listeners.remove(begins)
             line.clear()
     if names:
         seconds = time.monotonic() - start

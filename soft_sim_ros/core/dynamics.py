@@ -15,6 +15,7 @@ from .kernels.columns import node_jacobians
 from .kernels.fibres import fibre_forces, fibre_tangent, section_strains
 from .kernels.forcing import apply_loads
 from .kernels.friction import TENSION
+from .kernels.jit import Call
 from .kernels.momentum import momentum
 from .kernels.output import energies, ports
 from .kernels.sweep import inverse_dynamics, place
@@ -77,6 +78,16 @@ class Dynamics:
             data,
         )
         return data
+
+    def calls(self) -> list[Call]:
+        """Return the units that a mass matrix needs, as they are called, to be compiled ahead."""
+        state, alpha = (self._zero, self._zero, self._zero, self._zero), (1.0, 1.0, 1.0)
+        matrix = np.zeros((self.n, self.n))
+        return [
+            (inverse_dynamics, self.model, self._data, *state),
+            (tangent, self.model, self._data, alpha, self._system),
+            (dense, self.model, self._system, matrix),
+        ]
 
     def residual(self, q: Floats, v: Floats, a: Floats, data: Data) -> Floats:
         """Return M a + C v + g + k + R v − loads − actuators (n,)."""

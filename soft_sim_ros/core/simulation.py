@@ -137,7 +137,7 @@ class Simulation:
             state=self._state,
             calls=np.zeros(5, dtype=np.int64),
         )
-        self._entry = Entry(self._problem)
+        self._entry = Entry(self._problem, self.dynamics.calls())
         self._start = self._initial_state()
         self._check_mass(self._start[0])
         self.reset()

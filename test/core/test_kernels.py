@@ -4,7 +4,10 @@ import ast
 from importlib import import_module
 from pathlib import Path
 
+import pytest
+
 import soft_sim_ros
+from soft_sim_ros.core.kernels import dual, sweep
 
 PACKAGE = Path(soft_sim_ros.__file__).parent
 KERNELS = "soft_sim_ros.core.kernels"
@@ -31,3 +34,9 @@ def test_python_calls_units_only():
         if options.get("no_cpython_wrapper") and not compiled_there:
             inlined.append(f"{file.name}: {name}")
     assert inlined == []
+
+
+@pytest.mark.parametrize("kernel", [dual.add, sweep.strains], ids=["algebra", "kernel"])
+def test_a_kernel_called_from_python_says_so(kernel):
+    with pytest.raises(TypeError, match=rf"{kernel.__name__} is inlined .* Python can call units"):
+        kernel((0.0, 0.0, 0.0), (1.0, 2.0, 3.0))

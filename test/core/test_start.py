@@ -47,8 +47,59 @@ def warm():
 )
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_nothing_is_compiled_for_another_scene(document, integrator):
+    assert compilations(document, integrator=integrator) == []
+
+
+@pytest.mark.parametrize(
+    "numerics",
+    [
+        {"integrator": "generalized_alpha", "options": {"rho": 0.9}},
+        {"integrator": "generalized_alpha", "options": {"rho": 1}},
+        {"integrator": "adaptive", "options": {"error": 1e-4}},
+        {"integrator": "adaptive", "step": 0.01},
+        {"newton_tolerance": 1e-3},
+        {"newton_tolerance": 1e-11, "max_iterations": 50},
+        {"integrator": "sdirk4", "max_iterations": 3, "step": 1e-6},
+    ],
+    ids=str,
+)
+def test_nothing_is_compiled_for_other_numbers_in_the_numerics(numerics):
+    assert compilations(rod_document(order=2), **numerics) == []
+
+
+@pytest.mark.parametrize(
+    "rest",
+    [
+        {"gravity": [0, 0, 0]},
+        {"gravity": [1, 2, -9]},
+        {"gravity": [0.0, 0.0, -9.81], "base": {"position": [1, 2, 3], "rpy": [0.1, 0.2, 0.3]}},
+        {"actuators": [], "loads": []},
+        {"initial": {"strains": {"rod/s": {"bend_y": 1}}}, "gravity": [0, 0, -1]},
+        {"loads": [{"point": "p", "body": "rod", "force": [0, 0, 1], "schedule": {"end": 1}}]},
+    ],
+    ids=str,
+)
+def test_nothing_is_compiled_for_gravity_loads_and_actuators(rest):
+    assert compilations(rod_document(order=2) | rest) == []
+
+
+def test_nothing_is_compiled_for_inputs():
+    simulation = Simulation(scene_of(zoo_document()))
     watcher = Compilations()
     with event.install_listener("numba:compile", watcher):
-        document = document | {"numerics": document["numerics"] | {"integrator": integrator}}
-        moved(document)
+        simulation.set_tip_wrench([0, 0, 0, 0, 0, 1])
+        simulation.advance(1)
+        simulation.set_tip_wrench([0.0, 0.1, 0.0, 0.0, 0.0, 0.0], "tip")
+        simulation.set_efforts([0, 1, 0, 1])
+        simulation.advance(1)
+        simulation.ports()
+        simulation.reset()
     assert watcher.names == []
+
+
+def compilations(document, **numerics):
+    """Return what is compiled to simulate a scene with other numerics."""
+    watcher = Compilations()
+    with event.install_listener("numba:compile", watcher):
+        moved(document | {"numerics": document["numerics"] | numerics})
+    return watcher.names

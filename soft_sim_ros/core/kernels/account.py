@@ -2,7 +2,6 @@
 
 from .actuators import port_motion
 from .jit import kernel, unit
-from .memory import load
 from .output import energies
 from .problem import (
     ACTUATOR_WORK,
@@ -39,9 +38,8 @@ def residual(state, stored, work, ledger):
 
 
 @unit
-def take_stock(at):
+def take_stock(problem):
     """Bring State.account, position, rate and acting up to the present state."""
-    problem = load(at)
     data, held, state = problem.data, problem.held, problem.state
     for c in range(3):
         data.gravity[c] = held.gravity[c]

@@ -37,7 +37,7 @@ def actuation(model, data, q, r):
 @unit
 def tendon_forces(model, data, r):
     """Subtract the generalised forces of all tendons and chambers from r."""
-    model, data, r = bare(model), bare(data), bare(r)
+    r = bare(r)
     for i in range(len(model.tendon_ptr) - 1):
         if model.tendon_ptr[i] == model.tendon_ptr[i + 1]:
             continue
@@ -67,7 +67,6 @@ def actuator_tangent(model, data, alpha, system):
 @unit
 def tendon_tangents(model, data, alpha, system):
     """Add those of all tendons and chambers."""
-    model, data, system = bare(model), bare(data), bare(system)
     for i in range(len(model.tendon_ptr) - 1):
         if model.tendon_ptr[i] < model.tendon_ptr[i + 1]:
             tendon_tangent(model, data, i, alpha, system)
@@ -115,7 +114,6 @@ def actuator_loss(model, data):
 @unit
 def tendon_loss(model, data):
     """Return ``actuator_loss`` where there may be some."""
-    model, data = bare(model), bare(data)
     total = 0.0
     for i in range(len(model.tendon_ptr) - 1):
         if model.winch[i, 0] != 0.0:

@@ -22,7 +22,6 @@ from .forcing import (
     switches_at,
 )
 from .jit import call_stage, call_uphold, kernel, unit
-from .memory import load
 from .newton import CONVERGED, TOO_FAR, TOO_ROUGH
 from .problem import DISSIPATED, LOAD_WORK, REJECTED, STEPS
 
@@ -45,9 +44,8 @@ SHORTEST, LONGEST = 1e-6, 1e4
 
 
 @unit
-def adaptive_step(at, t, h):
+def adaptive_step(problem, t, h):
     """Bring the state from t to t + h in s; return CONVERGED or why not."""
-    problem = load(at)
     work, state = problem.work, problem.state
     clock, span, booked = work.clock, work.span, work.booked
     n = len(state.q)
@@ -61,7 +59,7 @@ def adaptive_step(at, t, h):
     anchor = t - clock[SINCE] * h
     target = (clock[SINCE] + 1.0) * h
     while clock[BEGIN] + clock[LENGTH] < target - 1e-9 * h:
-        status = next_step(at, anchor, h)
+        status = next_step(problem, anchor, h)
         if status != CONVERGED:
             return status
     interpolate(work, state, target)
@@ -70,9 +68,8 @@ def adaptive_step(at, t, h):
 
 
 @unit
-def next_step(at, anchor, h):
+def next_step(problem, anchor, h):
     """Make the next step of the method, however long; on failure the present one stays."""
-    problem = load(at)
     model, data, work, method = problem.model, problem.data, problem.work, problem.method
     uphold = problem.calls[3]
     clock, span, booked = work.clock, work.span, work.booked
@@ -91,7 +88,7 @@ def next_step(at, anchor, h):
         length = size
         if until < 2.0 * size:  # no tiny rest before a switch
             length = until if until <= size * (1.0 + 1e-9) else 0.5 * until
-        status, error = attempt(at, here, length, first)
+        status, error = attempt(problem, here, length, first)
         if status != CONVERGED:
             size = 0.25 * length
             for i in range(n):
@@ -135,13 +132,12 @@ def next_step(at, anchor, h):
 
 
 @unit
-def attempt(at, t, h, first):
+def attempt(problem, t, h, first):
     """Try a step of h in s from the end of the present one, at t.
 
     Return (CONVERGED or why not, its error over the permitted one). Its end is in Work.q, v, a and
     booked[2].
     """
-    problem = load(at)
     model, data, work, method = problem.model, problem.data, problem.work, problem.method
     span, booked, held, loads = work.span, work.booked, problem.held, problem.loads
     tableau = method.starter if first else method.tableau
@@ -165,9 +161,9 @@ def attempt(at, t, h, first):
                 work.start_v[c] = u
                 work.start_q[c] = x + diagonal * u
             now = inside(t, h, tableau[i, stages])
-            apply_loads(loads, held.tip, held.follows[0], now, 1.0, data)
+            apply_loads(loads, held.tip, held.follows[0] != 0, now, 1.0, data)
             guess(work, tableau, i, h, first)
-            status = call_stage(problem.calls[2], at, diagonal * diagonal, diagonal, goal)
+            status = call_stage(problem.calls[2], problem, diagonal * diagonal, diagonal, goal)
             if status != CONVERGED:
                 return status, 0.0
             for c in range(n):

@@ -5,7 +5,6 @@ Load switches hit exactly, failed steps retried smaller, nothing accepted by hop
 
 from .forcing import next_switch, switches_at
 from .jit import call_step, call_uphold, kernel, unit
-from .memory import load
 from .newton import CONVERGED, TOO_FAR
 from .problem import ADAPTIVE, REFUSED
 
@@ -28,12 +27,11 @@ def too_far(model, before, q):
 
 
 @unit
-def fixed_step(at, t, h):
+def fixed_step(problem, t, h):
     """Make one step of h in s from t, in pieces if need be.
 
     On failure nothing has changed but the scratch, and the reason is returned.
     """
-    problem = load(at)
     model, work, state, loads = problem.model, problem.work, problem.state, problem.loads
     data, uphold = problem.data, problem.calls[3]
     q, v, ledger = state.q, state.v, state.ledger
@@ -54,7 +52,7 @@ def fixed_step(at, t, h):
         step = min(size, until)
         if h - done - step < 1e-9 * h:
             step = h - done
-        status = call_step(problem.calls[4], at, here, step)
+        status = call_step(problem.calls[4], problem, here, step)
         if status == CONVERGED and too_far(model, work.before[0], q):
             status = TOO_FAR
         if status == CONVERGED:
@@ -83,12 +81,11 @@ def fixed_step(at, t, h):
 
 
 @unit
-def advance(at, start_ns, step_ns, steps):
+def advance(problem, start_ns, step_ns, steps):
     """Make up to ``steps`` steps from start_ns.
 
     Return (steps made, status of the one that failed or CONVERGED).
     """
-    problem = load(at)
     data, held = problem.data, problem.held
     for c in range(3):
         data.gravity[c] = held.gravity[c]
@@ -98,9 +95,9 @@ def advance(at, start_ns, step_ns, steps):
     for s in range(steps):
         t = (start_ns + s * step_ns) * 1e-9
         if problem.method.kind == ADAPTIVE:
-            status = call_step(problem.calls[4], at, t, h)
+            status = call_step(problem.calls[4], problem, t, h)
         else:
-            status = fixed_step(at, t, h)
+            status = fixed_step(problem, t, h)
         if status != CONVERGED:
             return s, status
     return steps, CONVERGED

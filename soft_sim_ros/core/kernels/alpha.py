@@ -2,14 +2,13 @@
 
 from .forcing import apply_loads, damping_power, inside, load_power
 from .jit import call_stage, unit
-from .memory import load
 from .newton import CONVERGED
 from .predictor import judge, predict, remember
 from .problem import DISSIPATED, LOAD_WORK, STEPS
 
 
 @unit
-def alpha_step(at, t, h):
+def alpha_step(problem, t, h):
     """Advance by h in s from t; method.rho ∈ [0, 1] is the spectral radius at infinite frequency.
 
     The method remembers an acceleration, span[0] (algorithmic) and span[1] (of the equation of
@@ -17,7 +16,6 @@ def alpha_step(at, t, h):
     −r, would ring on in every stiff strain. Dissipation is booked with the mean velocity of the
     step, so ringing is not counted.
     """
-    problem = load(at)
     model, data, work, state = problem.model, problem.data, problem.work, problem.state
     held, calls, goal = problem.held, problem.calls, problem.method.tolerance
     q, v, rho = state.q, state.v, problem.method.rho
@@ -28,12 +26,12 @@ def alpha_step(at, t, h):
     share = (1.0 - af) / (1.0 - am)
     cq, cv = h * h * beta * share, h * gamma * share
     algorithmic, true = work.span[0], work.span[1]
-    apply_loads(problem.loads, held.tip, held.follows[0], inside(t, h, 1.0), 1.0, data)
+    apply_loads(problem.loads, held.tip, held.follows[0] != 0, inside(t, h, 1.0), 1.0, data)
     fresh = work.restart[0] != 0
     if fresh:
         for i in range(n):
             work.start_q[i], work.start_v[i] = q[i] + cv * v[i], v[i]
-        status = call_stage(calls[2], at, cq, cv, goal)
+        status = call_stage(calls[2], problem, cq, cv, goal)
         if status != CONVERGED:
             return status
         for i in range(n):
@@ -44,7 +42,7 @@ def alpha_step(at, t, h):
         work.start_q[i] = q[i] + h * v[i] + h * h * ((0.5 - beta) * old + beta * carried)
         work.start_v[i] = v[i] + h * ((1.0 - gamma) * old + gamma * carried)
     predict(work, 0, h, 1.0)
-    status = call_stage(calls[2], at, cq, cv, goal)
+    status = call_stage(calls[2], problem, cq, cv, goal)
     if status != CONVERGED:
         return status
     judge(model, work, 0)

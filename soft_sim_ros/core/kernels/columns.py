@@ -99,7 +99,7 @@ def local_stiffness(model, data, k, hessian):
 @unit
 def node_jacobians(model, data, jacobian, rate):
     """Fill J and J̇ (nodes, 6, n) in the base frame, at the state of the last sweep: C (1.25)."""
-    model, data, jacobian, rate = bare(model), bare(data), bare(jacobian), bare(rate)
+    jacobian, rate = bare(jacobian), bare(rate)
     place(model, data)
     columns = np.zeros((6, 6, 6))
     n = jacobian.shape[2]

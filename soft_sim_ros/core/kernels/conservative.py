@@ -11,7 +11,6 @@ import math
 from .account import residual, stock
 from .forcing import apply_loads, damping_power, inside, load_power
 from .jit import call_stage, unit
-from .memory import load
 from .newton import CONVERGED
 from .predictor import judge, predict, remember
 from .problem import DISSIPATED, LOAD_WORK, STEPS
@@ -21,18 +20,17 @@ MOST = 0.01
 
 
 @unit
-def conservative_step(at, t, h):
+def conservative_step(problem, t, h):
     """Advance by h in s from t; return CONVERGED or why not."""
-    problem = load(at)
     model, data, work, state = problem.model, problem.data, problem.work, problem.state
     held, calls, ledger = problem.held, problem.calls, problem.state.ledger
     q, v = state.q, state.v
     n = len(q)
     for i in range(n):
         work.start_q[i], work.start_v[i] = q[i] + 0.5 * h * v[i], v[i]
-    apply_loads(problem.loads, held.tip, held.follows[0], inside(t, h, 0.5), 1.0, data)
+    apply_loads(problem.loads, held.tip, held.follows[0] != 0, inside(t, h, 0.5), 1.0, data)
     predict(work, 0, h, 1.0)
-    status = call_stage(calls[2], at, 0.25 * h * h, 0.5 * h, problem.method.tolerance)
+    status = call_stage(calls[2], problem, 0.25 * h * h, 0.5 * h, problem.method.tolerance)
     if status != CONVERGED:
         return status
     judge(model, work, 0)

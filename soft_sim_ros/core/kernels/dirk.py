@@ -2,20 +2,18 @@
 
 from .forcing import apply_loads, damping_power, inside, load_power
 from .jit import call_stage, unit
-from .memory import load
 from .newton import CONVERGED
 from .predictor import judge, predict, remember
 from .problem import DISSIPATED, LOAD_WORK, STEPS
 
 
 @unit
-def dirk_step(at, t, h):
+def dirk_step(problem, t, h):
     """Advance by one step of h in s from t; return CONVERGED or why not.
 
     Stage i solves r(Q_i, V_i, A_i) = 0 at t + c_i h with Q_i = q + h Σ a_ij V_j, V_i = v + h Σ a_ij
     A_j. Dissipated energy and work of loads are summed up with the weights b.
     """
-    problem = load(at)
     model, data, work, state = problem.model, problem.data, problem.work, problem.state
     tableau, loads, held = problem.method.tableau, problem.loads, problem.held
     q, v, calls, goal = state.q, state.v, problem.calls, problem.method.tolerance
@@ -32,12 +30,15 @@ def dirk_step(at, t, h):
                 u += h * tableau[i, j] * work.stage_a[j, c]
             work.start_v[c] = u
             work.start_q[c] = x + diagonal * u
-        apply_loads(loads, held.tip, held.follows[0], inside(t, h, tableau[i, stages]), 1.0, data)
-        if i == 0:
-            predict(work, 0, h, first / (1.0 - first) if stages > 1 else 1.0)
+        apply_loads(
+            loads, held.tip, held.follows[0] != 0, inside(t, h, tableau[i, stages]), 1.0, data
+        )
+        if i > 0:
+            share = tableau[i, stages] / first
         else:
-            predict(work, i, h, tableau[i, stages] / first)
-        status = call_stage(calls[2], at, diagonal * diagonal, diagonal, goal)
+            share = first / (1.0 - first) if stages > 1 else 1.0
+        predict(work, i, h, share)
+        status = call_stage(calls[2], problem, diagonal * diagonal, diagonal, goal)
         if status != CONVERGED:
             return status
         judge(model, work, i)

@@ -8,10 +8,11 @@ from .advance import advance
 from .alpha import alpha_step
 from .conservative import conservative_step
 from .dirk import dirk_step
-from .jit import address, call_account, call_advance, unit
-from .memory import pack, pointer_to
-from .newton import addresses
+from .jit import Call, address, call_account, call_advance, unit
+from .memory import Packed
+from .newton import called
 from .problem import ADAPTIVE, ALPHA, DIRK, ENERGY, Problem
+from .together import compile_together
 
 STEPS = {
     DIRK: dirk_step,
@@ -32,17 +33,20 @@ def _take_stock(function, problem):
 
 
 class Entry:
-    """The kernels of one problem, whose arrays are known by address and may not be exchanged."""
+    """The kernels of one problem, whose arrays are known by address and may not be exchanged.
 
-    def __init__(self, problem: Problem) -> None:
-        self._kept = problem
-        self._packed = pack(problem)
-        self._problem = int(self._packed.ctypes.data)
-        pointer = pointer_to(problem)
-        step = address(STEPS[problem.method.kind], pointer, 1.0, 1.0)
-        problem.calls[:] = (*addresses(problem), step)
-        self._advance = address(advance, pointer, 1, 1, 1)
-        self._take_stock = address(take_stock, pointer)
+    besides: calls that will be made, to be compiled together with those of the problem.
+    """
+
+    def __init__(self, problem: Problem, besides: list[Call]) -> None:
+        self._packed = Packed(problem)
+        self._problem = self._packed.address
+        calls = [*called(problem), (STEPS[problem.method.kind], problem, 1.0, 1.0)]
+        own: list[Call] = [(advance, problem, 1, 1, 1), (take_stock, problem)]
+        compile_together([*calls, *own, *besides])
+        problem.calls[:] = [address(*call) if call else 0 for call in calls]
+        self._advance = address(advance, problem, 1, 1, 1)
+        self._take_stock = address(take_stock, problem)
 
     def advance(self, start_ns: int, step_ns: int, steps: int) -> tuple[int, int]:
         """Make up to ``steps`` steps; return how many were made and newton.REASONS' key, or 0."""

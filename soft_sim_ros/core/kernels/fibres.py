@@ -84,7 +84,7 @@ def thinning(stretch):
 @unit
 def section_strains(fibres, q, section):
     """Fill section (P, 4) with K − K₀ and Γ at the stations."""
-    fibres, q, section = bare(fibres), bare(q), bare(section)
+    q, section = bare(q), bare(section)
     for p in range(len(fibres.block)):
         for c in range(3):
             section[p, c] = 0.0
@@ -141,7 +141,7 @@ def section_stiffness(fibres, p, strain):
 @unit
 def fibre_energy(fibres, section, q):
     """Return the energy in J of all hyperelastic sections."""
-    fibres, section, q = bare(fibres), bare(section), bare(q)
+    section, q = bare(section), bare(q)
     section_strains(fibres, q, section)
     total = 0.0
     for p in range(len(fibres.block)):
@@ -152,7 +152,7 @@ def fibre_energy(fibres, section, q):
 @unit
 def fibre_forces(fibres, section, q, r):
     """Add ∂W/∂q to r; section (P, 4) is left with the strains."""
-    fibres, section, q, r = bare(fibres), bare(section), bare(q), bare(r)
+    section, q, r = bare(section), bare(q), bare(r)
     section_strains(fibres, q, section)
     for p in range(len(fibres.block)):
         force = section_force(fibres, p, section[p])[1:]
@@ -163,7 +163,7 @@ def fibre_forces(fibres, section, q, r):
 @unit
 def fibre_tangent(model, section, a0, system):
     """Add α₀ ∂²W/∂q² at the strains of the last ``fibre_forces``."""
-    model, section, system = bare(model), bare(section), bare(system)
+    section = bare(section)
     fibres = model.fibres
     for p in range(len(fibres.block)):
         xx, xy, xz, xg, yy, yz, yg, zz, zg, gg = section_stiffness(fibres, p, section[p])

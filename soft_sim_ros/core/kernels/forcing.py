@@ -58,7 +58,7 @@ def apply_loads(loads, tip, tip_follows, t, share, data):
 
     Share times the scheduled loads and the tip wrench (6,).
     """
-    loads, tip, data = bare(loads), bare(tip), bare(data)
+    tip = bare(tip)
     count = len(loads.follows)
     last = data.dead.shape[0] - 1
     acting = False

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from .jit import bare, kernel, unit
+from .jit import kernel, unit
 from .tendons import (
     ROOT3,
     add_length,
@@ -45,7 +45,6 @@ def creep(speed, model, i):
 @unit
 def capstan(model, data, i, tension):
     """Fill data.station for actuator i, pulled with a tension in N; return the loss in W."""
-    model, data = bare(model), bare(data)
     station = data.station
     speed = 0.0
     for p in range(model.tendon_ptr[i], model.tendon_ptr[i + 1]):
@@ -84,7 +83,6 @@ def capstan_tangent(model, data, i, alpha, first, system):
     blocks before, and towards all after, it is a product of two vectors: columns ``first``, … of
     the coupling (kernels/coupling.py), two for every block but one.
     """
-    model, data, system = bare(model), bare(data), bare(system)
     n = len(model.weight)
     mu = model.friction[i, 0]
     station = data.station
@@ -129,7 +127,9 @@ def capstan_tangent(model, data, i, alpha, first, system):
             speed -= station[p, g, SHORTENING]
         if p + 1 == end or model.seg_block[model.tendon_seg[p + 1]] != b:
             if below >= first:
-                system.right[below, :low] = change[:low]
+                for j in range(low):
+                    system.right[below, j] = change[j]
             if above < last:
-                system.right[above, high:] = slip[high:]
+                for j in range(high, n):
+                    system.right[above, j] = slip[j]
             below, above = below + 2, above + 2

@@ -1,59 +1,35 @@
-"""Compile a function to machine code, with a cache on disk that can never be stale.
+"""Compile a function to machine code: kernels, which are inlined, into units, which are called."""
 
-Numba keys its cache on the file of the function alone, so an edit to a function *called* by a
-cached one would go unnoticed. Here the cache folder carries a digest of every kernel source, and
-lies in the user's cache directory, so a read-only installation works too.
-"""
-
-import hashlib
-import os
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
 from numba.core import cgutils
-from numba.core import config as _config
+from numba.core.registry import CPUDispatcher as _CPUDispatcher
 from numba.extending import intrinsic
 
-numba_config: Any = _config  # its settings are set at import, out of sight of type checkers
+from .disk import keep
+from .inlined import InlinedCompiler
+
+CPUDispatcher: Any = _CPUDispatcher
 F = TypeVar("F", bound=Callable[..., Any])
+Call = tuple[Any, ...] | None  # a unit and its arguments
 
 
-def _digest() -> str:
-    """Digest of all kernel sources and the numba version."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def cache_directory() -> Path:
-    """Folder of the compiled kernels of exactly these sources.
-
-    ``NUMBA_CACHE_DIR``, then ``XDG_CACHE_HOME``, then ``~/.cache`` are asked in this order.
-    """
-    root = os.environ.get("NUMBA_CACHE_DIR") or os.path.join(
-        os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "soft_sim_ros"
-    )
-    return Path(root) / f"kernels-{_digest()}"
-
-
-_CACHE = str(cache_directory())
 _intrinsic: Any = intrinsic
-_options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+_options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+# What is inlined is never called from Python, nor by itself: it is not made into machine code.
+_BARE: dict[str, Any] = {
+    "forceinline": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "pipeline_class": InlinedCompiler,
+}
 # Algebra may take 0·x = 0 and x + 0 = x: bits of finite numbers stay as they are, up to the sign of
 # zeros, and literal zeros vanish from compiled code (spaces.py).
-ALGEBRA: dict[str, Any] = {
-    "error_model": "numpy",
-    "forceinline": True,
-    "fastmath": {"nnan", "nsz"},
-}
-_TUPLE: Any = numba.types.BaseTuple
-# Inlined code is never called from Python: wrappers would take most of the time of compilation.
-_BARE: dict[str, Any] = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-_inlined: Any = numba.njit(**_options, **_BARE)
-_algebra: Any = numba.njit(**(_options | ALGEBRA | _BARE))
+ALGEBRA: dict[str, Any] = {"error_model": "numpy", "fastmath": {"nnan", "nsz"}} | _BARE
+_inlined: Any = numba.njit(**(_options | _BARE))
+_algebra: Any = numba.njit(**(_options | ALGEBRA))
 _unit: Any = numba.njit(**_options)
 
 
@@ -64,7 +40,7 @@ def kernel(function: F) -> F:
     that runs: only without fused or reordered operations do all copies give the same bits, which
     is what re-simulation relies on. It costs nothing that can be measured.
     """
-    return _cached(_inlined, function)
+    return _not_called(_inlined(function))
 
 
 def algebra(function: F) -> F:
@@ -72,7 +48,7 @@ def algebra(function: F) -> F:
 
     Nothing may be tested for NaN in it.
     """
-    return _cached(_algebra, function)
+    return _not_called(_algebra(function))
 
 
 def unit(function: F) -> F:
@@ -80,30 +56,37 @@ def unit(function: F) -> F:
 
     Arrays that enter a unit should go through ``bare`` first.
     """
-    return _cached(_unit, function)
+    return keep(_unit(function))
 
 
-def _cached(compile_: Any, function: F) -> F:
-    """Apply a compiling decorator so that it writes to the folder of exactly these sources."""
-    before = numba_config.CACHE_DIR
-    numba_config.CACHE_DIR = _CACHE
-    try:
-        return compile_(function)  # the cache folder is chosen here, once
-    finally:
-        numba_config.CACHE_DIR = before
+def _not_called(dispatcher: Any) -> Any:
+    """Let a call from Python, for which there is no machine code, fail with an explanation."""
+    if isinstance(dispatcher, CPUDispatcher):  # not where NUMBA_DISABLE_JIT is set
+        dispatcher.__class__ = _Inlined
+    return dispatcher
+
+
+class _Inlined(CPUDispatcher):
+    """A kernel, to be called by other kernels only."""
+
+    def __call__(self, *_arguments: Any, **_names: Any) -> Any:
+        """Refuse: numba would jump to an address that is none."""
+        name = f"{self.py_func.__module__}.{self.py_func.__name__}"
+        raise TypeError(f"{name} is inlined in other kernels; Python can call units only")
+
+
+def signature_of(arguments: Any) -> tuple[Any, ...]:
+    """Return the types of arguments."""
+    return tuple(numba.typeof(argument) for argument in arguments)
 
 
 def address(function: Any, *arguments: Any) -> int:
     """Return the address of a kernel compiled for the types of ``arguments``.
 
-    An argument may also be a type itself. Together with the callers below this keeps large kernels
-    in compilation units of their own: numba would otherwise optimise the whole tree below a kernel
-    anew in each of its callers.
+    Together with the callers below this keeps large kernels in compilation units of their own:
+    numba would otherwise optimise the whole tree below a kernel anew in each of its callers.
     """
-    signature = tuple(
-        argument if isinstance(argument, numba.types.Type) else numba.typeof(argument)
-        for argument in arguments
-    )
+    signature = signature_of(arguments)
     if signature not in function.overloads:
         function.compile(signature)
     result = function.overloads[signature]
@@ -135,27 +118,18 @@ def _call(
 
 @_intrinsic
 def bare(context, value):  # noqa: ARG001
-    """Return arrays, or nested tuples of them, as views that are not counted.
+    """Return an array as a view that is not counted.
 
-    Numba counts references to every array of a tuple whenever one is picked out of it: hundreds of
-    atomic operations in a sweep, more than its arithmetic costs. A unit can do without, because
-    whoever calls it keeps the arrays alive until it returns.
+    Numba counts references to an array whenever it is handed on or sliced: hundreds of atomic
+    operations in a sweep, more than its arithmetic costs. A unit can do without, because whoever
+    calls it keeps the array alive until it returns.
     """
 
-    def strip(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-        if isinstance(kind, numba.types.Array):
-            array = context.make_array(kind)(context, builder, value=value)
-            array.meminfo = cgutils.get_null_value(array.meminfo.type)
-            array.parent = cgutils.get_null_value(array.parent.type)
-            return array._getvalue()
-        if isinstance(kind, _TUPLE):
-            for i, inner in enumerate(kind):
-                part = strip(context, builder, inner, builder.extract_value(value, i))
-                value = builder.insert_value(value, part, i)
-        return value
-
     def generate(context, builder, signature, values):
-        return strip(context, builder, signature.args[0], values[0])
+        array = context.make_array(signature.args[0])(context, builder, value=values[0])
+        array.meminfo = cgutils.get_null_value(array.meminfo.type)
+        array.parent = cgutils.get_null_value(array.parent.type)
+        return array._getvalue()
 
     return value(value), generate
 

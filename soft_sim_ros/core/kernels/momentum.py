@@ -36,7 +36,7 @@ def momentum(model, data, q, v, zero, out):
 
     zero: (n,) zeros. In kg·m²/s, kg·m/s, kg·m, kg.
     """
-    model, data, q, v = bare(model), bare(data), bare(q), bare(v)
+    q, v = bare(q), bare(v)
     zero, out = bare(zero), bare(out)
     strains(model, data, q, v, zero)
     kinematics(model, data)
@@ -138,7 +138,7 @@ def uphold(model, data, work, h, q, v):
     coordinates were exchanged: the method's memory is then void. Scenes without either never
     compile or call this.
     """
-    model, data, work, q, v = bare(model), bare(data), bare(work), bare(q), bare(v)
+    q, v = bare(q), bare(v)
     free = len(model.free) > 0 and len(model.drag) == 0  # drag is a force from outside
     if h == 0.0:
         if free:

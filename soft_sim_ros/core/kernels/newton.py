@@ -3,9 +3,8 @@
 import math
 
 from .fibres import lawful
-from .jit import address, bare, call_residual, call_tangent, kernel, unit
+from .jit import Call, call_residual, call_tangent, kernel, unit
 from .maxwell import branch_forces, branch_tangent, relax
-from .memory import load, pointer_to
 from .momentum import uphold
 from .problem import EVALUATIONS, FACTORISATIONS, ITERATIONS, Problem
 from .sweep import inverse_dynamics
@@ -40,7 +39,6 @@ def admissible(model, data):
     Beyond half a turn within one segment the Magnus step means nothing, and at a stretch of zero
     the rod is crushed: equilibria and motions there solve the equations, but no physics.
     """
-    model, data = bare(model), bare(data)
     for k in range(len(model.half)):
         if model.kappa[k] == 0.0:
             continue
@@ -64,15 +62,14 @@ def largest(weight, x):
 
 
 @unit
-def solve_stage(at, cq, cv, goal):
+def solve_stage(problem, cq, cv, goal):
     """Find work.a with r(q, v, a) = 0 at q = start_q + cq a, v = start_v + cv a.
 
     The measure of convergence is the largest correction of a velocity, each coordinate weighed by
     how far it moves the tip, in arm lengths per second. Factors are kept, across steps too, while
     they contract well, and so is the contraction seen with them: where it is known, the first
-    correction tells what is left after it. at: address of the Problem; goal: what may be left.
+    correction tells what is left after it. goal: what may be left.
     """
-    problem = load(at)
     model, data, work, method = problem.model, problem.data, problem.work, problem.method
     calls = problem.calls
     n = len(work.a)
@@ -133,15 +130,15 @@ def solve_stage(at, cq, cv, goal):
     return TOO_MANY
 
 
-def addresses(problem: Problem) -> tuple[int, int, int, int]:
-    """Return the addresses of inverse_dynamics, tangent, solve_stage and uphold (0: not needed)."""
+def called(problem: Problem) -> list[Call]:
+    """Return the calls of inverse_dynamics, tangent, solve_stage and uphold (None: not needed)."""
     work, arguments = problem.work, (problem.model, problem.data)
     state = (work.q, work.v, work.a, work.residual)
     # a free base has a chart too; a scene without either does without this kernel
     charts = len(problem.model.chart) > 0
-    return (
-        address(inverse_dynamics, *arguments, *state),
-        address(tangent, *arguments, (1.0, 1.0, 1.0), work.system),
-        address(solve_stage, pointer_to(problem), 1.0, 1.0, 1.0),
-        address(uphold, *arguments, work, 1.0, work.q, work.v) if charts else 0,
-    )
+    return [
+        (inverse_dynamics, *arguments, *state),
+        (tangent, *arguments, (1.0, 1.0, 1.0), work.system),
+        (solve_stage, problem, 1.0, 1.0, 1.0),
+        (uphold, *arguments, work, 1.0, work.q, work.v) if charts else None,
+    ]

@@ -29,7 +29,7 @@ def energies(model, data, q, v, zero):
 
     The base frame has gravity energy 0. zero: (n,) zeros.
     """
-    model, data, q, v, zero = bare(model), bare(data), bare(q), bare(v), bare(zero)
+    q, v, zero = bare(q), bare(v), bare(zero)
     strains(model, data, q, v, zero)
     kinematics(model, data)
     place(model, data)
@@ -54,7 +54,7 @@ def ports(model, data, q, v, zero, position, velocity, effort):
 
     Effort · velocity is power into the arm.
     """
-    model, data, q, v = bare(model), bare(data), bare(q), bare(v)
+    q, v = bare(q), bare(v)
     zero, position, velocity, effort = bare(zero), bare(position), bare(velocity), bare(effort)
     strains(model, data, q, v, zero)
     port_motion(model, data, q, v, position, velocity, effort)
@@ -87,7 +87,7 @@ def sample_poses(model, data, samples, base, q, zero, poses):
     The quaternions already in ``poses`` decide the sign of the new ones, so they are continuous in
     time.
     """
-    model, data, samples, base = bare(model), bare(data), bare(samples), bare(base)
+    base = bare(base)
     q, zero, poses = bare(q), bare(zero), bare(poses)
     strains(model, data, q, zero, zero)
     kinematics(model, data)

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..model import Data, Floats, Ints, Loads, Model
+from .memory import struct
 from .system import System, new_system
 
 # What Method.kind may be: the file of the step.
@@ -17,6 +18,7 @@ DISSIPATED, LOAD_WORK = 0, 1
 KINETIC, ELASTIC, GRAVITY, ACTUATOR_WORK, REFERENCE, BOOKED = 0, 1, 2, 3, 4, 5
 
 
+@struct
 class Method(NamedTuple):
     """An integrator: its tableau of s stages, and numbers."""
 
@@ -32,6 +34,7 @@ class Method(NamedTuple):
     limit: int  # iterations
 
 
+@struct
 class Held(NamedTuple):
     """What acts on the arm until further notice, in the base frame."""
 
@@ -41,6 +44,7 @@ class Held(NamedTuple):
     follows: Ints  # (1,) 1: along the axes of the tip, 0: along those of the base
 
 
+@struct
 class State(NamedTuple):
     """State and what was booked on the way to it."""
 
@@ -56,6 +60,7 @@ class State(NamedTuple):
     acting: Floats  # (A,) port efforts
 
 
+@struct
 class Work(NamedTuple):
     """Scratch of a solver for n coordinates and s stages."""
 
@@ -88,6 +93,7 @@ class Work(NamedTuple):
     measure: Floats  # (2,) last Newton measure; accumulated estimate of the error in time
 
 
+@struct
 class Problem(NamedTuple):
     """All of it.
 

@@ -119,7 +119,6 @@ def kinematics(model, data):
 @unit
 def place(model, data):
     """Fill orientation and position of every node in the base frame from the last kinematics."""
-    model, data = bare(model), bare(data)
     space = model.space
     rotation, position = rotation_of(space, data.rotation[0]), polar_of(space, data.position[0])
     for k in range(len(model.half)):
@@ -196,7 +195,7 @@ def internal_forces(model, q, v, r):
 @unit
 def inverse_dynamics(model, data, q, v, a, r):
     """Fill r with the residual of the motion (q, v, a) under the loads and efforts in data."""
-    model, data, q, v, a, r = bare(model), bare(data), bare(q), bare(v), bare(a), bare(r)
+    q, v, a, r = bare(q), bare(v), bare(a), bare(r)
     for i in range(len(r)):
         r[i] = 0.0
     strains(model, data, q, v, a)

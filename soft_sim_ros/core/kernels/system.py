@@ -20,9 +20,11 @@ from ..model import Floats, Ints, Model
 from .coupling import add_columns, correct, factor_columns
 from .jit import bare, kernel, unit
 from .linalg import lu_factor, lu_solve, lu_solve_rows
+from .memory import struct
 from .spaces import size_of
 
 
+@struct
 class System(NamedTuple):
     """Blocks of the matrix and of its factors.
 
@@ -79,7 +81,7 @@ def rows(flat, count, begin, end):
 @unit
 def dense(model, system, matrix):
     """Fill matrix (n, n) with the whole matrix of a system that has not been factored."""
-    model, system, matrix = bare(model), bare(system), bare(matrix)
+    matrix = bare(matrix)
     size = size_of(model.space)
     for b in range(len(model.block_col) - 1):
         begin, end = model.block_col[b], model.block_col[b + 1]
@@ -200,7 +202,6 @@ def solve_chain(model, system, x):
 @unit
 def factor(model, system):
     """Factor the whole matrix; return False if it is singular or not finite."""
-    model, system = bare(model), bare(system)
     if not factor_chain(model, system):
         return False
     if system.left.shape[0] == 0:
@@ -211,7 +212,6 @@ def factor(model, system):
 @unit
 def factor_ties(model, system):
     """Factor what ties blocks together, after ``factor_chain``; return False if it is singular."""
-    model, system = bare(model), bare(system)
     ties, n = system.left.shape
     for c in range(ties):
         for i in range(n):
@@ -223,7 +223,7 @@ def factor_ties(model, system):
 @unit
 def solve(model, system, x):
     """Solve in place for x (n,) with the factors of ``factor``."""
-    model, system, x = bare(model), bare(system), bare(x)
+    x = bare(x)
     solve_chain(model, system, x)
     if system.left.shape[0] > 0:
         correct(system, x)

@@ -19,7 +19,7 @@ from .actuators import actuator_tangent
 from .columns import local_stiffness, pose_derivatives
 from .dual import add, apply, cross, scale
 from .fibres import fibre_tangent
-from .jit import algebra, bare, kernel, unit
+from .jit import algebra, kernel, unit
 from .nodes import node_matrices
 from .products import (
     accumulate,
@@ -154,7 +154,6 @@ def tangent(model, data, alpha, system):
 
     Exact for the discrete model, actuators and loads included.
     """
-    model, data, system = bare(model), bare(data), bare(system)
     for i in range(len(system.diagonal)):
         system.diagonal[i] = 0.0
     for i in range(len(system.exerts)):

@@ -41,7 +41,6 @@ def dual_of(d, w):
 @unit
 def tendon_motion(model, data, i):
     """Return length in m of the path of actuator i, and its rate in m/s."""
-    model, data = bare(model), bare(data)
     length, rate = 0.0, 0.0
     for p in range(model.tendon_ptr[i], model.tendon_ptr[i + 1]):
         half = model.half[model.tendon_seg[p]]
@@ -172,7 +171,7 @@ def wrap(model, data, i, p, g):
 @unit
 def add_wrap(model, data, i, p, g, factor, out):
     """Add factor times ∂(wrap)/∂q of one station to out (n,)."""
-    model, data, out = bare(model), bare(data), bare(out)
+    out = bare(out)
     k = model.tendon_seg[p]
     t, _, d = path_tangent(model, data, p, g)
     z, along, turn, lever, norm = bend(model, data, p, g)

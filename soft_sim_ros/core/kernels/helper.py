@@ -1,0 +1,48 @@
+"""The process that compiles units for another one (together.py): orders come in by stdin."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import sys
+from contextlib import suppress
+from importlib import import_module
+from typing import Any
+
+from numba.core import event
+
+from .together import DONE
+
+
+class _Names(event.Listener):
+    """Write the name of everything that is being compiled."""
+
+    def __init__(self, out: Any) -> None:
+        self._out = out
+
+    def on_start(self, event: Any) -> None:
+        self._out.write(event.data["dispatcher"].py_func.__name__.encode() + b"\n")
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+def main() -> None:
+    """Compile what is asked for until nobody asks any more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started this process ends it
+    answers = os.fdopen(os.dup(1), "wb", buffering=0)
+    os.dup2(2, 1)  # what others print is no answer
+    with event.install_listener("numba:compile", _Names(answers)):
+        while True:
+            try:
+                module, name, types = pickle.load(sys.stdin.buffer)
+            except EOFError:
+                return
+            getattr(import_module(module), name).compile(types)
+            answers.write(DONE)
+
+
+if __name__ == "__main__":
+    with suppress(BrokenPipeError):  # whoever asked has died
+        main()
