@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
+import warnings
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,6 +19,7 @@ from soft_sim_ros.batch.sweep import read_sweep, runs_of
 from soft_sim_ros.commands.progress import Line, bar
 from soft_sim_ros.commands.shell import DONE, FAILED, verb
 from soft_sim_ros.commands.warm_up import warm_up
+from soft_sim_ros.core.modes import long_step
 from soft_sim_ros.errors import SoftSimError
 
 
@@ -58,6 +60,10 @@ def _one(run: Run, out: Path) -> int:
         poses=run.poses,
         max_error=run.max_error,
     )
+    simulation = rollout.simulation
+    doubt = long_step(simulation.dynamics, simulation.q, scene.numerics)
+    if doubt:
+        warnings.warn(doubt, stacklevel=2)
     line = Line()
     begin = time.monotonic()
 

@@ -9,7 +9,7 @@ itself.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from .kernels import rotation
 from .kernels.dual import load_twist
@@ -71,7 +71,7 @@ def exp(x: Floats) -> Floats:
 
 def log(g: Floats) -> Floats:
     """Return the twist x (6,) with exp(x) = g and rotation angle at most π."""
-    w = Rotation.from_matrix(g[:3, :3]).as_rotvec()
+    w = scipy.spatial.transform.Rotation.from_matrix(g[:3, :3]).as_rotvec()
     angle2 = float(w @ w)
     # p = V v with V = T(−ω), and V⁻¹ = 1 − ω×/2 + k ω×ω× with k = (c₃ − 2c₄)/(2c₂) at every angle
     # below 2π
@@ -130,7 +130,7 @@ def left_tangent(x: Floats) -> Floats:
 def pose_matrix(position: Floats, quaternion: Floats) -> Floats:
     """Return the pose (4, 4) of a position in m and a quaternion x y z w."""
     out = np.eye(4)
-    out[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    out[:3, :3] = scipy.spatial.transform.Rotation.from_quat(quaternion).as_matrix()
     out[:3, 3] = position
     return out
 

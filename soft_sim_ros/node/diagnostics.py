@@ -10,6 +10,7 @@ from rclpy.clock import Clock, ClockType
 
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.physics import Physics
+from soft_sim_ros.node.rivals import Rivals
 
 _BEHIND = 0.95  # of the real-time factor asked for
 
@@ -25,12 +26,14 @@ class Diagnostics:
         What is watched.
     gate : Gate
         Counts the commands.
+    rivals : Rivals
+        Looks for others of the same name.
     hardware_id : str
         Name of the scene.
     """
 
-    def __init__(self, node, physics: Physics, gate: Gate, hardware_id: str):
-        self._physics, self._gate = physics, gate
+    def __init__(self, node, physics: Physics, gate: Gate, rivals: Rivals, hardware_id: str):
+        self._physics, self._gate, self._rivals = physics, gate, rivals
         self._name = f"{node.get_fully_qualified_name().lstrip('/')}: physics"
         self._hardware_id = hardware_id
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -89,6 +92,7 @@ class Diagnostics:
             "recording error": (log.error or "none") if log else "none",
             "last error": physics.last_error or "none",
         }
+        rival = self._rivals.look()
         ok, warn, error = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
         if physics.failure:
             return values, error, physics.failure
@@ -98,6 +102,8 @@ class Diagnostics:
             return values, error, f"recording: {log.error}"
         if log is not None and log.dropped:
             return values, warn, f"recording: {log.dropped} messages dropped"
+        if rival:
+            return values, warn, rival
         if physics.paused:
             return values, ok, "paused"
         if overruns and factor < _BEHIND * pacer.factor:

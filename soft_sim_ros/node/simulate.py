@@ -15,14 +15,17 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from soft_sim_ros.core.inputs import Inputs
+from soft_sim_ros.core.modes import long_step
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
+from soft_sim_ros.node.parameter_files import passed_over
 from soft_sim_ros.node.parameters import TABLE, Settings, check_qos_overrides, declare, on_change
 from soft_sim_ros.node.physics import Physics
 from soft_sim_ros.node.publishers import OVERRIDABLE, Publishers, message_class, qos_profile
+from soft_sim_ros.node.rivals import Rivals
 from soft_sim_ros.node.services import Services
 from soft_sim_ros.node.signals import Signals, Stopped
 from soft_sim_ros.node.start import StartError, start
@@ -47,7 +50,7 @@ def main(args: list[str] | None = None) -> int:
         try:
             _check_assignments(args)
             start(_parser(), args)
-            return _run(signals)
+            return _run(signals, args)
         except StartError as error:
             print(f"{NAME}: {error}", file=sys.stderr)
             return MISUSED
@@ -77,10 +80,12 @@ def _parser() -> argparse.ArgumentParser:
     )
 
 
-def _run(signals: Signals) -> int:
+def _run(signals: Signals, args: list[str]) -> int:
     node = Node(NAME)
     log = node.get_logger()
     try:
+        for text in passed_over(args, node.get_fully_qualified_name()):
+            log.warning(text)
         settings = declare(node)
         scene = load_scene(settings.scene)
         log.info(f"starting {scene.name!r} of {scene.file}")
@@ -134,6 +139,8 @@ class Arm:
         _warm_up(scene, settings, node.get_logger().info)
         hold_signals()  # from here on there is a recording to be closed
         self.simulation = Simulation(scene)
+        if doubt := long_step(self.simulation.dynamics, self.simulation.q, scene.numerics):
+            node.get_logger().warning(doubt)
         self.inputs = Inputs(self.simulation, settings.command_timeout, settings.command_ramp)
         self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
         self.gate = Gate(self.inputs, settings.frame_id, self._submit, node.get_logger().warning)
@@ -150,7 +157,13 @@ class Arm:
             complain=node.get_logger().error,
         )
         self.services = Services(node, self.physics, settings.step_count)
-        self.diagnostics = Diagnostics(node, self.physics, self.gate, scene.name)
+        rivals = Rivals(
+            node,
+            self.publishers.topic_name("backbone"),
+            settings.publish_clock,
+            node.get_logger().warning,
+        )
+        self.diagnostics = Diagnostics(node, self.physics, self.gate, rivals, scene.name)
         on_change(node, self._change)
 
     def spin(self) -> None:
