@@ -129,8 +129,11 @@ def left_tangent(x: Floats) -> Floats:
 
 def pose_matrix(position: Floats, quaternion: Floats) -> Floats:
     """Return the pose (4, 4) of a position in m and a quaternion x y z w."""
+    # not by scipy: loading its rotations would take a tenth of the start of a program
+    axis, w = np.asarray(quaternion[:3], dtype=np.float64), float(quaternion[3])
+    k = skew(axis)
     out = np.eye(4)
-    out[:3, :3] = scipy.spatial.transform.Rotation.from_quat(quaternion).as_matrix()
+    out[:3, :3] += 2.0 / (axis @ axis + w * w) * (w * k + k @ k)
     out[:3, 3] = position
     return out
 

@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -33,8 +34,10 @@ from soft_sim_ros.node.summary import summarise, write_summary
 from soft_sim_ros.node.tip_frame import TipFrame
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import EVENTS, INPUTS, Topic, output_topics, topic
-from soft_sim_ros.recording.writer import BagWriter
 from soft_sim_ros.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    from soft_sim_ros.recording.writer import BagWriter
 
 NAME = "soft_arm"
 ENDED, FAILED, MISUSED, DIVERGED = 0, 1, 2, 3  # exit codes
@@ -136,11 +139,9 @@ class Arm:
         if settings.publish_tf:
             tip = TipFrame(node, settings.frame_id, lambda: self.telemetry.tip_pose())
             self.publishers.after_tick.append(tip.send)
-        _warm_up(scene, settings, node.get_logger().info)
+        self._spare = _warm_up(scene, settings, node.get_logger().info)
         hold_signals()  # from here on there is a recording to be closed
         self.simulation = Simulation(scene)
-        if doubt := long_step(self.simulation.dynamics, self.simulation.q, scene.numerics):
-            node.get_logger().warning(doubt)
         self.inputs = Inputs(self.simulation, settings.command_timeout, settings.command_ramp)
         self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
         self.gate = Gate(self.inputs, settings.frame_id, self._submit, node.get_logger().warning)
@@ -171,10 +172,11 @@ class Arm:
         executor = _executor()
         executor.add_node(self.node)
         sys.setswitchinterval(0.0005)  # the physics thread must not wait long for callbacks
-        gc.collect()
         gc.freeze()  # what exists now stays: collections in the run are short
+        gc.enable()
         self.physics.start()
         self._say_ready()
+        self._doubt_step()
         while self.physics.alive:
             executor.spin_once(timeout_sec=0.1)
         executor.shutdown()
@@ -216,6 +218,8 @@ class Arm:
     def _open_log(self, topics: tuple[Topic, ...], prefix: str) -> BagWriter | None:
         if not self.settings.record:
             return None
+        from soft_sim_ros.recording.writer import BagWriter  # a start without need not load it
+
         scene = self.simulation.scene
         return BagWriter(
             self.settings.record,
@@ -258,6 +262,12 @@ class Arm:
         elif name == "step_count":
             self.services.step_count = value
 
+    def _doubt_step(self) -> None:
+        """Warn of a step that is much too long; with an arm that no other thread looks at."""
+        spare = self._spare
+        if doubt := long_step(spare.dynamics, spare.q, spare.scene.numerics):
+            self.node.get_logger().warning(doubt)
+
     def _say_ready(self) -> None:
         s, simulation = self.settings, self.simulation
         pace = f"{s.real_time_factor:g} x real time" if s.real_time_factor else "as fast as it can"
@@ -279,14 +289,15 @@ def run_metadata(settings: Settings, prefix: str) -> dict[str, str]:
     return {"node": prefix} | {name: repr(getattr(settings, name)).strip("'") for name in names}
 
 
-def _warm_up(scene: Scene, settings: Settings, say) -> None:
-    """Compile everything the run needs with an arm that is thrown away."""
+def _warm_up(scene: Scene, settings: Settings, say) -> Simulation:
+    """Compile everything the run needs with another arm, and return that."""
     with _patience(say, "compiling the kernels (kept for the next start)"):
         arm = Simulation(scene)
         arm.advance(1)
         telemetry = Telemetry(arm, settings.poses, settings.frame_id, "/warm_up")
         for one in telemetry.topics:
             getattr(telemetry, one.key)()
+    return arm
 
 
 @contextmanager
