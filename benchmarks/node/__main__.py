@@ -25,6 +25,7 @@ from soft_sim_ros.scene import load_scene
 from soft_sim_ros.scene.edit import with_numbers
 
 from .. import machine
+from . import loop
 from .processes import Process, process
 
 FILE = Path(__file__).parents[1] / "results" / "node.json"
@@ -61,6 +62,10 @@ CASES = (
     Case("paused, nobody listens", parameters={"start_paused": True}),
     Case("an rclpy node that does nothing", program=["-c", IDLE]),
 )
+
+HEARD = ("backbone", "joint_states")
+# name, topics that are built, whether torques change with every message
+LOOPS = (("heard and commanded", HEARD, True), ("heard", HEARD, False), ("nobody", (), False))
 
 
 def arm(folder: Path) -> Path:
@@ -161,6 +166,11 @@ def main() -> int:
                   f"{rows[-1]['sleeps_per_s']:5.0f} sleeps per s")  # fmt: skip
             for thread, share in sorted(rows[-1]["threads"].items(), key=lambda row: -row[1])[:5]:
                 print(f"    {thread:30} {100 * share:5.1f} %")
+        computing = {}
+        for name, heard, commanded in LOOPS:
+            shares = [loop.share(folder / "arm.yaml", heard, commanded, 10.0) for _ in range(3)]
+            computing[name] = min(shares)
+            print(f"computing alone, {name:21} {100 * computing[name]:5.1f} %")
         first = starts(given.starts, folder) if given.starts else None
     if first:
         for key, values in first.items():
@@ -173,6 +183,7 @@ def main() -> int:
             "share_bar": SHARE_BAR,
             "start_bar_s": START_BAR,
             "cases": rows,
+            "computing_alone": computing,
             "start": first,
             "machine": machine.facts(),
         }
