@@ -3,8 +3,10 @@
 Writes benchmarks/results/node.json. The node that users start runs the default arm at a fixed step
 of 1 ms in real time and publishes at 100 Hz; its peers are processes of their own on this machine.
 Its CPU time comes from /proc/<pid>/stat, over ``--seconds`` after a second in which it settles; so
-only Linux can run this. A start is the time from the birth of the process to the first pose that a
-peer, which waits for it, receives; kernels are compiled before.
+only Linux can run this. On a machine that is too busy the node runs slower than real time, which
+costs less; so the share is also given over the real-time factor that was reached. A start is the
+time from the birth of the process to the first pose that a peer, which waits for it, receives;
+kernels are compiled before.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import random
+import re
 import statistics
 import sys
 import tempfile
@@ -105,9 +108,13 @@ def cost(case: Case, seconds: float, folder: Path) -> dict[str, Any]:
             name: (later - by.get(name, 0.0)) / wall for name, later in node.threads().items()
         }
         heard = [peer.result() for peer in peers]
+    told = re.search(r"real-time factor ([\d.e+-]+)", node.last_words)
+    factor = float(told[1]) if told else None
     return {
         "case": case.name,
         "share": used / wall,
+        "real_time_factor": factor,
+        "share_at_real_time": used / wall / (factor or 1.0),
         "sleeps_per_s": sleeps / wall,
         "seconds": wall,
         "threads": {name: share for name, share in sorted(threads.items()) if share > 0.0},
@@ -162,7 +169,8 @@ def main() -> int:
             if given.cases is not None and not any(part in case.name for part in given.cases):
                 continue
             rows.append(cost(case, given.seconds, folder))
-            print(f"{case.name:34} {100 * rows[-1]['share']:5.1f} % of a core, "
+            print(f"{case.name:34} {100 * rows[-1]['share_at_real_time']:5.1f} % of a core, "
+                  f"real-time factor {rows[-1]['real_time_factor'] or 0:.2f}, "
                   f"{rows[-1]['sleeps_per_s']:5.0f} sleeps per s")  # fmt: skip
             for thread, share in sorted(rows[-1]["threads"].items(), key=lambda row: -row[1])[:5]:
                 print(f"    {thread:30} {100 * share:5.1f} %")

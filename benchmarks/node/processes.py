@@ -34,6 +34,7 @@ class Process:
             text=True,
             env=environment,
         )
+        self.last_words = ""
 
     def wait_for(self, text: str) -> str:
         """Return the line that holds ``text``; what comes before is passed over."""
@@ -58,7 +59,7 @@ class Process:
         if self.popen.poll() is None:
             self.popen.send_signal(signal.SIGINT)
         try:
-            self.popen.communicate(timeout=20.0)
+            self.last_words = self.popen.communicate(timeout=20.0)[0]
         except subprocess.TimeoutExpired:
             self.popen.kill()
             self.popen.communicate()

@@ -219,7 +219,7 @@ class Inputs:
         self._held = self._safe.copy()
         self._since = np.full(self._safe.shape, _NEVER, dtype=np.int64)
         self._oldest = _NEVER  # the earliest of ``_since``
-        self._late = np.zeros(self._safe.shape, dtype=bool)
+        self._late: np.ndarray = np.zeros(self._safe.shape, dtype=bool)
         self._frame = WORLD
         self._changed = self._pushed = True  # efforts, wrench
 
