@@ -108,10 +108,15 @@ def whole(
     return spent * 1e-9, np.array(tips)
 
 
-def single(simulation: Simulation, torques: Floats, steps: int) -> tuple[Floats, Floats]:
-    """Run step by step; return wall and CPU time (n,) in µs of every step."""
+def single(simulation: Simulation, torques: Floats, steps: int) -> tuple[Floats, Floats, Floats]:
+    """Run step by step; return wall and CPU time (n,) in µs of every step, and its work (n, 2).
+
+    The work is the number of evaluations and of factorisations.
+    """
     simulation.reset()
     wall, cpu = np.empty((2, len(torques) * steps))
+    work = np.empty((len(wall) + 1, 2))
+    work[0] = simulation.statistics()[1:3]
     k = 0
     for row in torques:
         for i in range(steps):
@@ -122,7 +127,21 @@ def single(simulation: Simulation, torques: Floats, steps: int) -> tuple[Floats,
             wall[k] = time.perf_counter_ns() - begin
             cpu[k] = time.process_time_ns() - spent
             k += 1
-    return wall * 1e-3, cpu * 1e-3
+            work[k] = simulation.statistics()[1:3]
+    return wall * 1e-3, cpu * 1e-3, np.diff(work, axis=0)
+
+
+def parts(cpu: Floats, work: Floats) -> dict[str, float]:
+    """Return what a step costs in µs by itself, and per evaluation and factorisation in it.
+
+    A fit to the least time of all steps with the same work, which other programs disturb least; the
+    more there are of a kind, the more it counts.
+    """
+    kinds, of, count = np.unique(work, axis=0, return_inverse=True, return_counts=True)
+    least = np.array([cpu[of.ravel() == kind].min() for kind in range(len(kinds))])
+    matrix = np.column_stack([np.ones(len(kinds)), kinds])
+    cost = np.linalg.lstsq(matrix * count[:, None], least * count, rcond=None)[0]
+    return dict(zip(("step", "evaluation", "factorisation"), cost.tolist(), strict=True))
 
 
 def measured(integrator: str, given: Input, duration: float, reference: Floats) -> dict[str, Any]:
@@ -133,7 +152,7 @@ def measured(integrator: str, given: Input, duration: float, reference: Floats) 
     spent, tips = whole(simulation, torques, given.hold)
     after = simulation.statistics()
     best = min(spent, *(whole(simulation, torques, given.hold)[0] for _ in range(REPEATS - 1)))
-    wall, cpu = single(simulation, torques, given.hold)
+    wall, cpu, work = single(simulation, torques, given.hold)
     steps = len(wall)
     over = wall > STEP_BAR_US
     return {
@@ -162,6 +181,7 @@ def measured(integrator: str, given: Input, duration: float, reference: Floats) 
         "evaluations_per_step": (after.evaluations - before.evaluations) / steps,
         "factorisations_per_step": (after.factorisations - before.factorisations) / steps,
         "refused": after.refused - before.refused,
+        "parts_us": parts(cpu, work),
         "error_rel": float(np.linalg.norm(tips - reference, axis=1).max() / simulation.length),
     }
 

@@ -56,3 +56,10 @@ def test_a_program_that_ends_too_early_is_told_with_what_it_said():
     with processes.process(["-c", "print('no such thing')"], 1) as one:
         with pytest.raises(RuntimeError, match="no such thing"):
             one.wait_for("ready")
+
+
+def test_the_parts_of_a_step_are_found_in_its_times():
+    work = np.array([[2, 0], [3, 0], [4, 1], [7, 2]] * 6, dtype=float)
+    cpu = 4.0 + work @ [12.0, 115.0] + np.repeat([30.0, 0.0, 5.0, 1.0, 2.0, 9.0], 4)
+    found = module("realtime").parts(cpu, work)
+    assert list(found.values()) == pytest.approx([4.0, 12.0, 115.0])
