@@ -11,13 +11,14 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 # A guard of ROS wheels in another environment would keep those of this one from starting up.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: help run test env warm lint format bench stress skip guard clean
+.PHONY: help run test env warm lint format bench stress skip guard realtime clean
 
 help:
 	@echo "make run     simulate, drive, record and replay the default arm: see runs/latest"
 	@echo "make test    all tests"
 	@echo "make bench   run time against error, with peers: about half an hour"
 	@echo "make stress  the stability map: about ten minutes; make skip: what features cost"
+	@echo "make realtime  times real time, and the node's share of a core"
 	@echo "make guard   whether steps cost more than they did: a minute"
 	@echo "make env     only the environment, in $(VENV)"
 	@echo "make lint    linter and type checker; make format rewrites the sources"
@@ -56,6 +57,11 @@ stress: warm
 skip: warm
 	@$(IN_ENV) -m benchmarks.skip
 	@$(IN_ENV) -m benchmarks.batch
+
+# how much faster than real time the default arm is, and what the node costs and how it starts
+realtime: warm
+	@$(IN_ENV) -m benchmarks.realtime
+	@$(IN_ENV) -m benchmarks.node
 
 # part of .ci/run: fails where a step costs 1.5 times what it did
 guard: warm

@@ -10,7 +10,7 @@ import numpy as np
 
 from soft_sim_ros.commands.progress import compiling
 from soft_sim_ros.commands.shell import DONE, verb
-from soft_sim_ros.core.modes import frequencies, recommended_step
+from soft_sim_ros.core.modes import frequencies, long_step, recommended_step
 from soft_sim_ros.core.refinement import words
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.statics import equilibrium
@@ -143,6 +143,8 @@ def numbers(simulation: Simulation, q: np.ndarray, state: str) -> Iterator[str]:
     if numerics.tolerance is not None:
         yield f"for tolerance     {numerics.tolerance:g}: {words(numerics)}"
     yield f"recommended step  {recommended_step(dynamics, q):g} s"
+    if warning := long_step(dynamics, q, numerics):
+        yield f"warning: {warning}"
 
 
 def _size(count: int) -> str:

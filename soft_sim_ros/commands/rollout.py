@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
+import warnings
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,6 +19,7 @@ from soft_sim_ros.batch.sweep import read_sweep, runs_of
 from soft_sim_ros.commands.progress import Line, bar
 from soft_sim_ros.commands.shell import DONE, FAILED, verb
 from soft_sim_ros.commands.warm_up import warm_up
+from soft_sim_ros.core.modes import long_step
 from soft_sim_ros.errors import SoftSimError
 
 
@@ -62,6 +64,10 @@ def _one(run: Run, out: Path) -> int:
         say=line.show,
     )
     line.clear()
+    simulation = rollout.simulation
+    doubt = long_step(simulation.dynamics, simulation.q, simulation.scene.numerics)
+    if doubt:
+        warnings.warn(doubt, stacklevel=2)
     begin = time.monotonic()
 
     def progress(now: float) -> None:

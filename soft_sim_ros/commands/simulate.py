@@ -13,6 +13,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the node with ``--ros-args`` as given."""
     argv = list(sys.argv[1:] if argv is None else argv)
     require_ros("simulate")
-    from soft_sim_ros.node.simulate import main as simulate
+    from soft_sim_ros.node import main as simulate
 
     return simulate(argv)

@@ -8,6 +8,7 @@ steps were grouped into calls.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -65,6 +66,7 @@ class Inputs:
         self._index = {name: i for i, name in enumerate(self.names)}
         n = len(self.names)
         self._limits = np.array([a.limits for a in actuators], dtype=float).reshape(n, 2)
+        self._all = np.arange(n)
         self._safe = np.array([a.safe for a in actuators] + 6 * [0.0], dtype=float)
         self._timeout_ns = round(command_timeout * 1e9)
         self._ramp_ns = round(ramp * 1e9)
@@ -83,7 +85,7 @@ class Inputs:
                 COMMAND,
                 f"{values.size} efforts for {len(self.names)} actuators ({', '.join(self.names)})",
             )
-        return self._bounded(COMMAND, np.arange(len(self.names)), values)
+        return self._bounded(COMMAND, self._all, values)
 
     def joint_order(self, names: Sequence[str], efforts: Sequence[float]) -> Order:
         """Order for some actuators by name, ``efforts`` (len(names),)."""
@@ -123,10 +125,12 @@ class Inputs:
         return Order(len(self.names) + np.arange(6), values, frame=frame)
 
     def _bounded(self, topic: str, channels: np.ndarray, values: np.ndarray) -> Order:
+        lo, hi = self._limits[channels].T
+        cut = np.minimum(np.maximum(values, lo), hi)
+        if math.isfinite(values.sum()) and (cut == values).all():
+            return Order(channels, values)
         names = [self.names[i] for i in channels]
         _require_finite(topic, names, values)
-        lo, hi = self._limits[channels].T
-        cut = np.clip(values, lo, hi)
         clamped = tuple(
             f"{names[i]} = {values[i]:g} cut to {cut[i]:g}" for i in np.flatnonzero(cut != values)
         )
@@ -140,10 +144,13 @@ class Inputs:
         self._held[order.channels] = order.values
         self._since[order.channels] = now
         self._late[order.channels] = False
-        if order.frame is not None:
+        self._oldest = int(self._since.min())
+        if order.frame is None:
+            self._changed = True
+        else:
             self._frame = order.frame
+            self._pushed = True
         self.last_order_ns = now
-        self._changed = True
 
     def command(self, efforts: Sequence[float] | np.ndarray) -> Order:
         """Check and take up efforts for all actuators."""
@@ -173,22 +180,21 @@ class Inputs:
         int
             For how many steps they stay right, at least 1 (a huge number when nothing is due).
         """
-        now = self.simulation.time_ns
-        values = self._held.copy()
-        due = self._since != _NEVER
-        steps = _NEVER
-        if self._timeout_ns and due.any():
-            late = np.where(due, now - np.where(due, self._since, 0) - self._timeout_ns, -_NEVER)
-            if (late > 0).any():
-                self._ramp(values, late)
-                steps = 1 if (self._since != _NEVER).any() else _NEVER
+        now, n = self.simulation.time_ns, len(self.names)
+        values, steps = self._held, _NEVER
+        if self._timeout_ns and self._oldest != _NEVER:
+            left = self._oldest + self._timeout_ns - now
+            if left < 0:
+                values = self._held.copy()
+                self._ramp(values, now)
+                steps = 1 if self._oldest != _NEVER else _NEVER
             else:
-                steps = int(-late[due].max()) // self.simulation.step_ns + 1
+                steps = left // self.simulation.step_ns + 1
         if self._changed:
-            n = len(self.names)
             self.simulation.set_efforts(values[:n])
+        if self._pushed:
             self.simulation.set_tip_wrench(values[n:], self._frame)
-            self._changed = False
+        self._changed = self._pushed = False
         return steps
 
     def advance(self, steps: int) -> None:
@@ -212,12 +218,15 @@ class Inputs:
     def _clear(self) -> None:
         self._held = self._safe.copy()
         self._since = np.full(self._safe.shape, _NEVER, dtype=np.int64)
-        self._late = np.zeros(self._safe.shape, dtype=bool)
+        self._oldest = _NEVER  # the earliest of ``_since``
+        self._late: np.ndarray = np.zeros(self._safe.shape, dtype=bool)
         self._frame = WORLD
-        self._changed = True
+        self._changed = self._pushed = True  # efforts, wrench
 
-    def _ramp(self, values: np.ndarray, late: np.ndarray) -> None:
-        """Move what is ``late`` (ns past the timeout) towards its safe value, and say so once."""
+    def _ramp(self, values: np.ndarray, now: int) -> None:
+        """Move what is past its timeout at ``now`` towards its safe value, and say so once."""
+        due = self._since != _NEVER
+        late = np.where(due, now - np.where(due, self._since, 0) - self._timeout_ns, -_NEVER)
         ramping = late > 0
         fresh = ramping & ~self._late & (self._held != self._safe)
         if fresh.any():
@@ -232,7 +241,8 @@ class Inputs:
         values[over] = self._safe[over]
         self._held[over] = self._safe[over]
         self._since[over] = _NEVER
-        self._changed = True
+        self._oldest = int(self._since.min())
+        self._changed = self._pushed = True
 
 
 def wrench_frame(frame_id: str, base_frame_id: str) -> str:

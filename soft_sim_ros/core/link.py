@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh, null_space
+import scipy
 
 from ..scene import Basis, FlexibleLink, Rod
 from . import se3
@@ -57,11 +57,11 @@ class Modes:
         for name, group in GROUPS.items():
             own = self._columns_of(group)
             rows = small[-1, 4:, own].T if link.tip == "pinned" else np.zeros((2, len(own)))
-            free = np.eye(len(mass))[:, own] @ null_space(rows)
+            free = np.eye(len(mass))[:, own] @ scipy.linalg.null_space(rows)
             if free.shape[1] == 0:
                 continue
             # K is as well conditioned as a rod is slender, M is not: high strains hardly move
-            values, vectors = eigh(free.T @ mass @ free, free.T @ stiffness @ free)
+            values, vectors = scipy.linalg.eigh(free.T @ mass @ free, free.T @ stiffness @ free)
             count = link.modes if link.each is None else link.each.get(name, 0)
             for value, vector in zip(values[::-1][:count], vectors.T[::-1], strict=False):
                 found.append((1.0 / np.sqrt(value), free @ vector))

@@ -5,14 +5,17 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, eig, eigh, solve_triangular
 
+from ..scene.numerics import Numerics
 from .dynamics import Dynamics
 from .model import Floats
 from .sampler import Sampler
 
 Complex = NDArray[np.complex128]
+LONG = 5.0  # times the recommended step: its slowest swings then have about 20 steps
+LOOKED_AT = 300  # coordinates up to which modes are a matter of a moment
 
 
 def modes(
@@ -27,8 +30,12 @@ def modes(
     """
     zero = np.zeros(dynamics.n)
     stiffness, _, mass = dynamics.tangents(q, zero, zero, efforts, time)
-    values, shapes = eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
-    return np.sign(values) * np.sqrt(np.abs(values)), shapes
+    # in coordinates of unit mass; numpy does, so programs that start need not load scipy's algebra
+    root = np.linalg.cholesky(0.5 * (mass + mass.T))
+    half = np.linalg.solve(root, 0.5 * (stiffness + stiffness.T))
+    normal = np.linalg.solve(root, half.T)
+    values, shapes = np.linalg.eigh(0.5 * (normal + normal.T))
+    return np.sign(values) * np.sqrt(np.abs(values)), np.linalg.solve(root.T, shapes)
 
 
 def frequencies(dynamics: Dynamics, q: Floats | None = None, count: int = 5) -> Floats:
@@ -90,19 +97,20 @@ def complex_modes(
     zero = np.zeros(n)
     stiffness, damping, mass = dynamics.tangents(q, zero, zero, efforts, time, tip, tip_follows)
     # in coordinates of unit mass, and in a time in which the fastest mode is of order one
-    root = cholesky(0.5 * (mass + mass.T), lower=True)
+    linalg = scipy.linalg
+    root = linalg.cholesky(0.5 * (mass + mass.T), lower=True)
 
     def normal(matrix: Floats) -> Floats:
-        half = solve_triangular(root, matrix, lower=True)
-        return solve_triangular(root, half.T, lower=True).T
+        half = linalg.solve_triangular(root, matrix, lower=True)
+        return linalg.solve_triangular(root, half.T, lower=True).T
 
     stiffness, damping = normal(stiffness), normal(damping)
     pace = np.sqrt(np.linalg.norm(stiffness, 2)) or 1.0
     state = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness / pace**2, -damping / pace]])
-    values, vectors = eig(state)
+    values, vectors = linalg.eig(state)
     kept = values.imag >= 0.0
     values, vectors = values[kept], vectors[:n, kept]
-    shapes = solve_triangular(root, vectors, lower=True, trans="T")
+    shapes = linalg.solve_triangular(root, vectors, lower=True, trans="T")
     order = np.argsort(np.abs(values), kind="stable")
     shapes = shapes[:, order]
     reach = shapes * dynamics.model.weight[:, None]
@@ -152,3 +160,19 @@ def recommended_step(dynamics: Dynamics, q: Floats) -> float:
     step = min(2.0 * np.pi / omega[-1] / 100.0, 0.02)
     power = 10.0 ** np.floor(np.log10(step))
     return float(max(m for m in (1.0, 2.0, 5.0) if m * power <= step * (1 + 1e-12)) * power)
+
+
+def long_step(dynamics: Dynamics, q: Floats, numerics: Numerics) -> str | None:
+    """Say in words that the step is much longer than recommended about q (n,); None if it is not.
+
+    Not looked at are many coordinates, and a method that chooses its own steps.
+    """
+    if numerics.integrator == "adaptive" or not 0 < dynamics.n <= LOOKED_AT:
+        return None
+    best = recommended_step(dynamics, q)
+    if numerics.step <= LONG * best:
+        return None
+    return (
+        f"numerics.step = {numerics.step:g} s is {numerics.step / best:.2g} times the recommended "
+        f"{best:g} s: the arm's slow swings are shown coarsely, or damped out"
+    )

@@ -8,7 +8,7 @@ mode at the pace of its own stiffness (whether it holds or tips), none farther t
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import cholesky, eigh, solve_triangular
+import scipy
 
 from ..errors import StaticsFailed
 from .dynamics import Dynamics
@@ -93,8 +93,8 @@ def _modes(dynamics: Dynamics, mask: np.ndarray, unit: Floats) -> tuple[Floats, 
     )
     # high orders move so little mass that rounding may make it negative; any metric will do
     mass += 1e-9 * np.diag(np.diag(mass))
-    root = cholesky(0.5 * (mass + mass.T), lower=True)
-    inner = solve_triangular(root, 0.5 * (stiffness + stiffness.T), lower=True)
-    inner = solve_triangular(root, inner.T, lower=True)
-    values, shapes = eigh(0.5 * (inner + inner.T))
-    return values, solve_triangular(root, shapes, lower=True, trans="T")
+    root = scipy.linalg.cholesky(0.5 * (mass + mass.T), lower=True)
+    inner = scipy.linalg.solve_triangular(root, 0.5 * (stiffness + stiffness.T), lower=True)
+    inner = scipy.linalg.solve_triangular(root, inner.T, lower=True)
+    values, shapes = scipy.linalg.eigh(0.5 * (inner + inner.T))
+    return values, scipy.linalg.solve_triangular(root, shapes, lower=True, trans="T")

@@ -9,7 +9,7 @@ itself.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from .kernels import rotation
 from .kernels.dual import load_twist
@@ -71,7 +71,7 @@ def exp(x: Floats) -> Floats:
 
 def log(g: Floats) -> Floats:
     """Return the twist x (6,) with exp(x) = g and rotation angle at most π."""
-    w = Rotation.from_matrix(g[:3, :3]).as_rotvec()
+    w = scipy.spatial.transform.Rotation.from_matrix(g[:3, :3]).as_rotvec()
     angle2 = float(w @ w)
     # p = V v with V = T(−ω), and V⁻¹ = 1 − ω×/2 + k ω×ω× with k = (c₃ − 2c₄)/(2c₂) at every angle
     # below 2π
@@ -129,8 +129,11 @@ def left_tangent(x: Floats) -> Floats:
 
 def pose_matrix(position: Floats, quaternion: Floats) -> Floats:
     """Return the pose (4, 4) of a position in m and a quaternion x y z w."""
+    # not by scipy: loading its rotations would take a tenth of the start of a program
+    axis, w = np.asarray(quaternion[:3], dtype=np.float64), float(quaternion[3])
+    k = skew(axis)
     out = np.eye(4)
-    out[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    out[:3, :3] += 2.0 / (axis @ axis + w * w) * (w * k + k @ k)
     out[:3, 3] = position
     return out
 

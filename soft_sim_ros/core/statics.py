@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import eig
+import scipy
 
 from ..errors import StaticsFailed
 from .dynamics import Dynamics
@@ -107,7 +107,7 @@ def unstable_directions(dynamics: Dynamics, mask: np.ndarray | None = None) -> i
     if np.abs(stiffness - stiffness.T).max() < 1e-9 * size:
         lowest = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))
         return int(np.count_nonzero(lowest < -1e-10 * size))
-    values = eig(stiffness, mass, right=False)
+    values = scipy.linalg.eig(stiffness, mass, right=False)
     real = np.abs(values.imag) <= 1e-6 * np.abs(values)
     return int(np.count_nonzero(values.real[real] < -1e-10 * np.abs(values).max()))
 

@@ -11,6 +11,7 @@ from rclpy.clock import Clock, ClockType
 from soft_sim_ros.core.watch import WatchedInputs
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.physics import Physics
+from soft_sim_ros.node.rivals import Rivals
 
 _BEHIND = 0.95  # of the real-time factor asked for
 
@@ -26,12 +27,14 @@ class Diagnostics:
         What is watched.
     gate : Gate
         Counts the commands.
+    rivals : Rivals
+        Looks for others of the same name.
     hardware_id : str
         Name of the scene.
     """
 
-    def __init__(self, node, physics: Physics, gate: Gate, hardware_id: str):
-        self._physics, self._gate = physics, gate
+    def __init__(self, node, physics: Physics, gate: Gate, rivals: Rivals, hardware_id: str):
+        self._physics, self._gate, self._rivals = physics, gate, rivals
         self._name = f"{node.get_fully_qualified_name().lstrip('/')}: physics"
         self._hardware_id = hardware_id
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -95,6 +98,7 @@ class Diagnostics:
         if watched:
             values["error estimate (of the length)"] = inputs.error_rel
             values["tolerance (of the length)"] = inputs.tolerance
+        rival = self._rivals.look()
         ok, warn, error = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
         if physics.failure:
             return values, error, physics.failure
@@ -107,6 +111,8 @@ class Diagnostics:
         if watched and not inputs.error_rel <= inputs.tolerance:
             estimate, tolerance = inputs.error_rel, inputs.tolerance
             return values, warn, f"error estimate {estimate:.2g} beyond tolerance {tolerance:g}"
+        if rival:
+            return values, warn, rival
         if physics.paused:
             return values, ok, "paused"
         if overruns and factor < _BEHIND * pacer.factor:

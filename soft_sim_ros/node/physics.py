@@ -133,7 +133,8 @@ class Physics:
     def submit(self, key: str, order: Order, data: bytes) -> None:
         """Queue an order with the bytes of its message, for the next instant of control."""
         self._inbox.append((key, order, data))
-        self._wake.set()
+        if self.paused:  # a pause that begins now finds the order in the queue
+            self._wake.set()
 
     def pause(self, pause: bool) -> Answer:
         """Stop at the next instant of control, or go on; the answer comes when it is done."""

@@ -90,6 +90,10 @@ class Publishers:
             self.sent["clock"] = 0
         self.after_tick: list = []
 
+    def topic_name(self, key: str) -> str:
+        """Full name of a topic, remappings included."""
+        return str(self._publishers[key].topic_name)
+
     def wanted(self, key: str) -> bool:
         """Whether anybody listens."""
         return self._publishers[key].get_subscription_count() > 0

@@ -5,26 +5,25 @@ from __future__ import annotations
 import argparse
 import gc
 import sys
-import threading
-import time
 from collections.abc import Callable
-from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from soft_sim_ros.core.contract import choose, draft
-from soft_sim_ros.core.refinement import words
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.modes import long_step
 from soft_sim_ros.core.watch import inputs_of
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
+from soft_sim_ros.node.parameter_files import passed_over
 from soft_sim_ros.node.parameters import TABLE, Settings, check_qos_overrides, declare, on_change
 from soft_sim_ros.node.physics import Physics
+from soft_sim_ros.node.prepare import simulation_of, warm_up
 from soft_sim_ros.node.publishers import OVERRIDABLE, Publishers, message_class, qos_profile
+from soft_sim_ros.node.rivals import Rivals
 from soft_sim_ros.node.services import Services
 from soft_sim_ros.node.signals import Signals, Stopped
 from soft_sim_ros.node.start import StartError, start
@@ -32,8 +31,10 @@ from soft_sim_ros.node.summary import summarise, write_summary
 from soft_sim_ros.node.tip_frame import TipFrame
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import EVENTS, INPUTS, Topic, output_topics, topic
-from soft_sim_ros.recording.writer import BagWriter
 from soft_sim_ros.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    from soft_sim_ros.recording.writer import BagWriter
 
 NAME = "soft_arm"
 ENDED, FAILED, MISUSED, DIVERGED = 0, 1, 2, 3  # exit codes
@@ -49,7 +50,7 @@ def main(args: list[str] | None = None) -> int:
         try:
             _check_assignments(args)
             start(_parser(), args)
-            return _run(signals)
+            return _run(signals, args)
         except StartError as error:
             print(f"{NAME}: {error}", file=sys.stderr)
             return MISUSED
@@ -79,10 +80,12 @@ def _parser() -> argparse.ArgumentParser:
     )
 
 
-def _run(signals: Signals) -> int:
+def _run(signals: Signals, args: list[str]) -> int:
     node = Node(NAME)
     log = node.get_logger()
     try:
+        for text in passed_over(args, node.get_fully_qualified_name()):
+            log.warning(text)
         settings = declare(node)
         scene = load_scene(settings.scene)
         log.info(f"starting {scene.name!r} of {scene.file}")
@@ -133,9 +136,9 @@ class Arm:
         if settings.publish_tf:
             tip = TipFrame(node, settings.frame_id, lambda: self.telemetry.tip_pose())
             self.publishers.after_tick.append(tip.send)
-        _warm_up(scene, settings, node.get_logger().info)
+        self._spare = warm_up(scene, settings, node.get_logger().info)
         hold_signals()  # from here on there is a recording to be closed
-        self.simulation = _simulation(scene, node.get_logger().info)
+        self.simulation = simulation_of(scene, node.get_logger().info)
         self.inputs = inputs_of(
             self.simulation,
             settings.command_timeout,
@@ -157,7 +160,13 @@ class Arm:
             complain=node.get_logger().error,
         )
         self.services = Services(node, self.physics, settings.step_count)
-        self.diagnostics = Diagnostics(node, self.physics, self.gate, scene.name)
+        rivals = Rivals(
+            node,
+            self.publishers.topic_name("backbone"),
+            settings.publish_clock,
+            node.get_logger().warning,
+        )
+        self.diagnostics = Diagnostics(node, self.physics, self.gate, rivals, scene.name)
         on_change(node, self._change)
 
     def spin(self) -> None:
@@ -165,10 +174,11 @@ class Arm:
         executor = _executor()
         executor.add_node(self.node)
         sys.setswitchinterval(0.0005)  # the physics thread must not wait long for callbacks
-        gc.collect()
         gc.freeze()  # what exists now stays: collections in the run are short
+        gc.enable()
         self.physics.start()
         self._say_ready()
+        self._doubt_step()
         while self.physics.alive:
             executor.spin_once(timeout_sec=0.1)
         executor.shutdown()
@@ -210,6 +220,8 @@ class Arm:
     def _open_log(self, topics: tuple[Topic, ...], prefix: str) -> BagWriter | None:
         if not self.settings.record:
             return None
+        from soft_sim_ros.recording.writer import BagWriter  # a start without need not load it
+
         scene = self.simulation.scene
         return BagWriter(
             self.settings.record,
@@ -252,6 +264,12 @@ class Arm:
         elif name == "step_count":
             self.services.step_count = value
 
+    def _doubt_step(self) -> None:
+        """Warn of a step that is much too long; with an arm that no other thread looks at."""
+        spare = self._spare
+        if doubt := long_step(spare.dynamics, spare.q, spare.scene.numerics):
+            self.node.get_logger().warning(doubt)
+
     def _say_ready(self) -> None:
         s, simulation = self.settings, self.simulation
         pace = f"{s.real_time_factor:g} x real time" if s.real_time_factor else "as fast as it can"
@@ -271,45 +289,6 @@ def run_metadata(settings: Settings, prefix: str) -> dict[str, str]:
         "real_time_factor",
     )  # fmt: skip
     return {"node": prefix} | {name: repr(getattr(settings, name)).strip("'") for name in names}
-
-
-def _warm_up(scene: Scene, settings: Settings, say) -> None:
-    """Compile everything the run needs with an arm that is thrown away."""
-    with _patience(say, "compiling the kernels (kept for the next start)"):
-        arm = Simulation(draft(scene))
-        arm.advance(1)
-        telemetry = Telemetry(arm, settings.poses, settings.frame_id, "/warm_up")
-        for one in telemetry.topics:
-            getattr(telemetry, one.key)()
-
-
-def _simulation(scene: Scene, say: Callable[[str], None]) -> Simulation:
-    """Make the simulation; say what is chosen where the scene leaves something free."""
-    if not scene.numerics.free:
-        return Simulation(scene)
-    with _patience(say, "choosing what meets the tolerance"):
-        choice = choose(scene)
-    say(f"meets the tolerance in a probe: {words(choice.scene.numerics)}")
-    return Simulation(choice.scene)
-
-
-@contextmanager
-def _patience(say, what: str, period: float = 5.0):
-    """Say every few seconds what is being waited for."""
-    done = threading.Event()
-    begin = time.monotonic()
-
-    def report() -> None:
-        while not done.wait(period):
-            say(f"{what}: {time.monotonic() - begin:.0f} s")
-
-    reporter = threading.Thread(target=report, daemon=True)
-    reporter.start()
-    try:
-        yield
-    finally:
-        done.set()
-        reporter.join()
 
 
 def _executor():

@@ -19,6 +19,7 @@ from soft_sim_ros.recording import topics
 
 CLOCK = "rosgraph_msgs/msg/Clock"
 Floats = NDArray[np.float64]
+_DOUBLE = {order: np.dtype(order + "f8") for order in "<>"}
 
 
 class DecodeError(SoftSimError):
@@ -244,17 +245,21 @@ Decoded = FloatArray | JointState | Poses | Wrench | str | int
 
 def decode(message_type: str, data: bytes) -> Decoded:
     """Decode one message; a String becomes a str, a Clock the time in ns."""
-    one = stack(message_type, [data])
-    stamp = 0 if one.stamps_ns is None else int(one.stamps_ns[0])
-    first = tuple(block[0] for block in one.blocks)
+    walk = _walk(message_type, data)
+    stamp = 0
+    if walk.stamp is not None:
+        seconds, nanoseconds = struct.unpack_from(f"{walk.order}iI", data, walk.stamp)
+        stamp = seconds * 1_000_000_000 + nanoseconds
+    kind = _DOUBLE[walk.order]
+    blocks = [np.frombuffer(data, kind, n, at).astype(np.float64) for at, n in walk.blocks]
     if message_type == topics.STRING:
-        return one.texts[0]
+        return walk.texts[0]
     if message_type == CLOCK:
         return stamp
     if message_type == topics.FLOATS:
-        return FloatArray(one.texts, first[0])
+        return FloatArray(tuple(walk.texts), blocks[0])
     if message_type == topics.JOINTS:
-        return JointState(stamp, one.frame_id, one.texts, *first)
+        return JointState(stamp, walk.frame_id, tuple(walk.texts), *blocks)
     if message_type == topics.WRENCH:
-        return Wrench(stamp, one.frame_id, np.roll(first[0], 3))
-    return Poses(stamp, one.frame_id, first[0].reshape(-1, 7))
+        return Wrench(stamp, walk.frame_id, np.roll(blocks[0], 3))
+    return Poses(stamp, walk.frame_id, blocks[0].reshape(-1, 7))

@@ -8,6 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
+from datetime import datetime
 from pathlib import Path
 
 from soft_sim_ros.errors import RecordingError
@@ -58,7 +59,8 @@ class BagWriter:
         limit_bytes: int = LIMIT_BYTES,
         split_bytes: int = SPLIT_BYTES,
     ) -> None:
-        facts = json.dumps(machine_facts(), indent=1).encode()
+        begun = datetime.now().astimezone().isoformat(" ", "seconds")
+        facts = json.dumps({"recorded": begun} | machine_facts(), indent=1).encode()
         self.directory = Path(directory)
         self.limit_bytes = limit_bytes
         self.error: str | None = None

@@ -118,10 +118,17 @@ def speed_rows(summary: Mapping[str, Any]) -> Rows:
 
 def machine_rows(run: Run) -> Rows:
     """Say what it ran on, from the facts kept inside the recording."""
-    data = run.attachments.get("machine.json")
-    if data is None:
-        return []
-    return [(key, str(value)) for key, value in json.loads(data).items() if value]
+    return [(key, str(value)) for key, value in _facts(run).items() if value and key != "recorded"]
+
+
+def date(run: Run) -> str | None:
+    """Say when the recording was begun, by the clock of its machine."""
+    return _facts(run).get("recorded")
+
+
+def _facts(run: Run) -> dict[str, str]:
+    facts: dict[str, str] = json.loads(run.attachments.get("machine.json", b"{}"))
+    return facts
 
 
 def _plain(value: object) -> str:

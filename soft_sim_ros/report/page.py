@@ -112,9 +112,11 @@ def drawn(draw: Callable[[], Figure], kind: str) -> bytes:
 
 def _page(run: Run, summary: dict) -> str:
     title = html.escape(_title(run))
+    date = numbers.date(run)
+    origin = f"recorded {date}, {run.path.resolve()}" if date else str(run.path.resolve())
     parts = [
         f"<h1>{title}</h1>",
-        f'<p class="sub">{html.escape(str(run.path.resolve()))}</p>',
+        f'<p class="sub">{html.escape(origin)}</p>',
         _notes(run, summary),
         _pictures(run, summary),
         '<div class="tables">',

@@ -12,8 +12,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
-from scipy.spatial.transform import Rotation, RotationSpline
+import scipy
 
 from soft_sim_ros.scene.columns import read_columns
 from soft_sim_ros.scene.profile import Profile, Smooth
@@ -44,7 +43,7 @@ def read_centre_line(
     if len(points) < LEAST or not np.all(steps > 1e-9 * length):
         reader.refuse(f"at least {LEAST} points, each apart from the one before", key)
     chord = np.concatenate([[0.0], np.cumsum(steps)])
-    spline = make_interp_spline(chord, points, k=5 if len(points) > 5 else 3)
+    spline = scipy.interpolate.make_interp_spline(chord, points, k=5 if len(points) > 5 else 3)
     curve = _curve(spline, chord)
     whole = float(curve.s[-1])
     if abs(whole - length) > AGREEMENT * length:
@@ -57,7 +56,10 @@ def read_centre_line(
         strains = _with_frames(reader, curve, quaternions, _at_points(curve, chord))
     # the same shape, made exactly as long as the section
     strains[:, :3] *= whole / length
-    fit = [make_interp_spline(curve.s * (length / whole), column, k=3) for column in strains.T]
+    fit = [
+        scipy.interpolate.make_interp_spline(curve.s * (length / whole), column, k=3)
+        for column in strains.T
+    ]
     profiles: list[Profile] = [
         Taper(column[0], column[0]) if np.all(column == column[0]) else Smooth(f, length)
         for f, column in zip(fit, strains.T, strict=True)
@@ -92,7 +94,7 @@ def _read_points(reader: Reader, key: str) -> tuple[Floats, Floats | None]:
     return points, quaternions
 
 
-def _curve(spline: BSpline, chord: Floats) -> Curve:
+def _curve(spline: scipy.interpolate.BSpline, chord: Floats) -> Curve:
     """Return the curve at equal parts of every chord, about FINE in all."""
     parts = max(4, FINE // (len(chord) - 1))
     u = np.concatenate([
@@ -150,7 +152,9 @@ def _without_twist(reader: Reader, curve: Curve) -> Floats:
 
 def _with_frames(reader: Reader, curve: Curve, quaternions: Floats, s: Floats) -> Floats:
     """Return strains (M, 6) seen from frames given at arc lengths s (N,)."""
-    frames = RotationSpline(s, Rotation.from_quat(quaternions))
+    frames = scipy.spatial.transform.RotationSpline(
+        s, scipy.spatial.transform.Rotation.from_quat(quaternions)
+    )
     tangent = frames(curve.s).inv().apply(curve.tangent)
     if not np.all(tangent[:, 0] > 0.5):
         reader.refuse("frames whose x axes point along the curve", "frames")

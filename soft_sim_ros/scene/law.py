@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import NoReturn
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly, make_interp_spline
+import scipy
 
 from soft_sim_ros.scene.interval import FINITE, POSITIVE, Interval
 from soft_sim_ros.scene.reader import Reader
@@ -119,8 +119,8 @@ class Curve:
         energy = self._polynomials().antiderivative()
         return np.asarray(energy(self.breaks[:-1]) - energy(1.0))
 
-    def _polynomials(self) -> PPoly:
-        return PPoly(self.coefficients.T[::-1], self.breaks)
+    def _polynomials(self) -> scipy.interpolate.PPoly:
+        return scipy.interpolate.PPoly(self.coefficients.T[::-1], self.breaks)
 
 
 Law = Rivlin | Curve
@@ -188,7 +188,7 @@ def _read_table(reader: Reader) -> Curve:
         reader.refuse("stretches below, at and above 1", "stretch")
     if stress[rest[0]] != 0.0:
         reader.refuse("a stress of 0 at the stretch of 1", "stress")
-    return _curve(PchipInterpolator(stretch, stress))
+    return _curve(scipy.interpolate.PchipInterpolator(stretch, stress))
 
 
 def _read_registered(reader: Reader) -> Curve:
@@ -208,9 +208,11 @@ def _read_registered(reader: Reader) -> Curve:
         grid = np.append(np.linspace(low, 1.0, below + 1)[:-1],
                          np.linspace(1.0, high, max(4, count - below) + 1))  # fmt: skip
         values, between = _call(law, grid, refuse), 0.5 * (grid[1:] + grid[:-1])
-        spline = CubicSpline(grid, values)
+        spline = scipy.interpolate.CubicSpline(grid, values)
         if law.is_energy:
-            spline = CubicSpline(grid, make_interp_spline(grid, values, k=5).derivative()(grid))
+            spline = scipy.interpolate.CubicSpline(
+                grid, scipy.interpolate.make_interp_spline(grid, values, k=5).derivative()(grid)
+            )
             seen = spline.antiderivative()(between) - spline.antiderivative()(1.0)
             wanted = _call(law, between, refuse) - values[grid == 1.0]
         else:
@@ -238,5 +240,5 @@ def _call(law: _Registered, stretch: Floats, refuse: Callable[[str], NoReturn]) 
     return values
 
 
-def _curve(spline: PPoly) -> Curve:
+def _curve(spline: scipy.interpolate.PPoly) -> Curve:
     return Curve(np.asarray(spline.x), np.ascontiguousarray(spline.c[::-1].T))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator
+import scipy
 
 from soft_sim_ros.scene.columns import read_columns
 from soft_sim_ros.scene.expression import Expression, ExpressionError
@@ -58,7 +58,11 @@ class Table:
         x = np.asarray(x, dtype=float)
         if self.interpolation == "linear":
             return np.asarray(np.interp(x, self.places, self.values))
-        join = CubicSpline if self.interpolation == "cubic" else PchipInterpolator
+        join = (
+            scipy.interpolate.CubicSpline
+            if self.interpolation == "cubic"
+            else scipy.interpolate.PchipInterpolator
+        )
         return np.asarray(join(self.places, self.values)(x))
 
     @property

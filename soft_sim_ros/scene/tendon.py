@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from soft_sim_ros.scene.body import ROUNDING, Rod
 from soft_sim_ros.scene.interval import NONNEGATIVE, Interval
@@ -82,8 +82,8 @@ class TablePath:
     points: tuple[tuple[float, float], ...]
 
     @cached_property
-    def _spline(self) -> CubicSpline:
-        return CubicSpline(self.u, np.array(self.points), bc_type="natural")
+    def _spline(self) -> scipy.interpolate.CubicSpline:
+        return scipy.interpolate.CubicSpline(self.u, np.array(self.points), bc_type="natural")
 
     def offset(self, u: Floats) -> Floats:
         """Return d (…, 3) at u (…) in [0, 1], start to end of the tendon."""

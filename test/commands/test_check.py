@@ -68,3 +68,16 @@ def test_the_internal_wrench_is_drawn(scene, call, capsys, tmp_path):
     assert call("check", scene, "--wrench", tmp_path / "wrench.png") == 0
     assert "wrench.png (in the equilibrium" in capsys.readouterr().out
     assert (tmp_path / "wrench.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(("step", "told"), [("0.002", False), ("0.2", True)])
+def test_a_step_much_longer_than_recommended_is_doubted(tmp_path, call, capsys, step, told):
+    text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    scene = re.search(r"```yaml\n(name: reed.*?)```", text, re.DOTALL).group(1)
+    path = tmp_path / "reed.yaml"
+    path.write_text(scene.replace("step: 0.002", f"step: {step}"))
+    rollout = ["rollout", path, "--duration=0.2", "--publish-rate=5", f"--out={tmp_path}/out"]
+    for words in (["check", path], rollout):
+        assert call(*words) == 0
+        said = "".join(capsys.readouterr())
+        assert (f"warning: numerics.step = {step} s is" in said) == told

@@ -8,6 +8,7 @@ from rcl_interfaces.msg import ParameterType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from soft_sim_ros.node.parameter_files import passed_over
 from soft_sim_ros.node.parameters import TABLE, ParameterError, declare, on_change
 
 
@@ -153,3 +154,45 @@ def test_a_parameter_without_its_flag_is_refused(words, capsys):
 
     assert main(words) == 2
     assert "-p scene:=tendon_arm" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "text, node, told",
+    [
+        ("soft_arm: {ros__parameters: {poses: 9}}", "/soft_arm", False),
+        ("/soft_arm: {ros__parameters: {poses: 9}}", "/soft_arm", False),
+        ("/**: {ros__parameters: {poses: 9}}", "/left/soft_arm", False),
+        ("/*/soft_arm: {ros__parameters: {poses: 9}}", "/left/soft_arm", False),
+        ("left: {soft_arm: {ros__parameters: {poses: 9}}}", "/left/soft_arm", False),
+        ("{}", "/soft_arm", False),
+        ("soft_arm: {ros__parameters: {}}\nother: {ros__parameters: {}}", "/soft_arm", False),
+        ("softarm: {ros__parameters: {poses: 9}}", "/soft_arm", True),
+        ("soft_arm: {ros__parameters: {poses: 9}}", "/left/soft_arm", True),
+        ("/*: {ros__parameters: {poses: 9}}", "/left/soft_arm", True),
+    ],
+)
+def test_a_file_with_parameters_for_other_nodes_only_is_told(tmp_path, context, text, node, told):
+    file = tmp_path / "parameters.yaml"
+    file.write_text(text)
+    words = ["--ros-args", "-r", f"__node:={node.split('/')[-1]}", "--params-file", str(file)]
+    lines = list(passed_over(words, node))
+    assert len(lines) == told
+    if told:
+        assert str(file) in lines[0] and node in lines[0]
+    # what ROS itself makes of it
+    namespace, name = node.rsplit("/", 1)
+    made = Node(
+        name, namespace=namespace, context=context, cli_args=words, use_global_arguments=False
+    )
+    used = "poses" in made._parameter_overrides
+    made.destroy_node()
+    assert used == ("poses" in text and not told)
+
+
+def test_the_node_says_that_a_parameter_file_is_for_another_name(tmp_path):
+    file = tmp_path / "parameters.yaml"
+    file.write_text("arm: {ros__parameters: {poses: 9}}\n")
+    words = ("--ros-args", "-p", "scene:=no_such_arm", "--params-file", str(file))
+    program = Program(tmp_path, PROGRAM, *words)
+    assert program.wait(240.0) == 2
+    assert f"{file} has parameters for /arm, but this node is /soft_arm" in program.text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -141,6 +142,8 @@ def test_the_scene_and_the_machine_are_inside(record) -> None:
     assert run.metadata == {"scene": "test arm"}
     facts = json.loads(run.attachments["machine.json"])
     assert facts["numpy"] == np.__version__ and facts["soft_sim_ros"]
+    age = datetime.now().astimezone() - datetime.fromisoformat(facts["recorded"])
+    assert timedelta(seconds=-1) < age < timedelta(minutes=5)
     with (directory / "swing_0.mcap").open("rb") as stream:
         names = {a.name: a.media_type for a in make_reader(stream).iter_attachments()}
     assert names == {"scene.yaml": "application/yaml", "machine.json": "application/json"}

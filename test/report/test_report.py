@@ -68,6 +68,11 @@ class Page(HTMLParser):
             self.heading += data
 
 
+def test_the_page_says_when_the_recording_was_made(turning: Path) -> None:
+    begun = json.loads(read_run(turning).attachments["machine.json"])["recorded"]
+    assert f"recorded {begun}" in write_report(turning).read_text()
+
+
 def test_the_page_stands_alone(turning: Path) -> None:
     path = write_report(turning)
     assert path == turning / "report.html"
