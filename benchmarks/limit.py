@@ -187,15 +187,16 @@ def measured(order: int, elements: int, counters: Counters) -> dict[str, Any]:
 def kept_factors(row: dict[str, Any]) -> dict[str, float]:
     """Return time and flops per element of a step for which no factors were made: the median."""
     counted, elements = row["step"]["counted"], row["elements"]
-    flops = sum(counted["flops"].values()) / elements
-    flops -= counted["factorisations"] * (row["tangent"]["flops"] + row["factor"]["flops"])
+    newton = row["residual"]["flops"] + row["solve"]["flops"]
+    rest = sum(counted["flops"].values()) / elements - counted["evaluations"] * newton
+    rest -= counted["factorisations"] * (row["tangent"]["flops"] + row["factor"]["flops"])
+    flops = row["step"]["evaluations"] * newton + rest
     spent = row["step"]["median_s"] / elements * 1e9
-    newton = counted["evaluations"] * (row["residual"]["flops"] + row["solve"]["flops"])
     return {
         "ns": spent,
         "flops": flops,
         "gflops": flops / spent,
-        "flops_but_residual_and_solve": flops - newton,
+        "flops_but_residual_and_solve": rest,
     }
 
 
@@ -213,6 +214,10 @@ def exponents(rows: list[dict[str, Any]]) -> dict[str, float]:
 
     return {
         "step": slope(rows, lambda row: row["step"]["median_s"]),
+        "step from 100 elements": slope(
+            [row for row in rows if row["elements"] >= 100] or rows,
+            lambda row: row["step"]["median_s"],
+        ),
         "step over evaluations": slope(
             rows, lambda row: row["step"]["median_s"] / row["step"]["evaluations"]
         ),
