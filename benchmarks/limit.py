@@ -212,10 +212,11 @@ def exponents(rows: list[dict[str, Any]]) -> dict[str, float]:
     def iteration(row: dict[str, Any]) -> float:
         return float((row["residual"]["ns"] + row["solve"]["ns"]) * row["elements"])
 
+    large = [row for row in rows if row["elements"] >= 100]
     return {
         "step": slope(rows, lambda row: row["step"]["median_s"]),
         "step from 100 elements": slope(
-            [row for row in rows if row["elements"] >= 100] or rows,
+            large if len(large) > 1 else rows,
             lambda row: row["step"]["median_s"],
         ),
         "step over evaluations": slope(
