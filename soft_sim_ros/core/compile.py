@@ -20,13 +20,14 @@ from ..scene import (
 )
 from . import se3
 from .arrays import flat_entries, floats, ints
-from .chain import ANGULAR, Chain
+from .chain import Chain
 from .fibres import flatten_fibres
 from .link import append_link
 from .loads import lump_loads
 from .model import Floats, Loads, Model, Spatial
 from .ports import Path, flat_ports, winding
 from .quadrature import gauss
+from .segments import ANGULAR
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,12 @@
 """Floating-frame links: rigid motion times linear modes, B (3.23)–(3.36), as segments of the chain.
 
-The floating frame is that of the link's first section. A mass node at arc length s stands at
-X + Φ(s) q in that frame, exactly: between mass nodes lies a segment that only shifts, by the
-difference of Φ, so positions are linear in the modal coordinates as B (3.25), (3.26) ask for. At
-the tip one segment turns by the modes' rotation there. Nothing else distinguishes such a link: the
-one recursion finds 𝓙, the bias terms of (3.33) and the couplings of (3.34)–(3.36).
+The floating frame is that of the link's first section. What the motion sees of the link's mass are
+the integrals of (3.31) and (3.33); a few masses have them too (moments.py), and one node of the
+chain bears each. Such a node stands at X + Φ q in the floating frame, exactly: between two nodes
+lies a segment that only shifts, by the difference of X + Φ q, so positions are linear in the modal
+coordinates as B (3.25), (3.26) ask for. Rotary inertia has nodes of its own that only turn; at the
+tip one segment turns by the modes' rotation there. Nothing else distinguishes such a link: the one
+recursion finds 𝓙, the bias terms of (3.33) and the couplings of (3.34)–(3.36).
 """
 
 from __future__ import annotations
@@ -16,12 +18,16 @@ from scipy.linalg import eigh, null_space
 
 from ..scene import Basis, FlexibleLink, Rod
 from . import se3
-from .chain import Block, Chain, Segment
+from .chain import Chain
 from .model import Floats
+from .moments import concentrated
 from .quadrature import lobatto
+from .segments import Block, Segment
 
 # Degree of the strains, in every section, from which modes are computed.
 FINE = 9
+# Gauss–Lobatto points in every section, at which the integrals over modes are taken.
+POINTS = 40
 # Strains that move together where the rod is straight: twisting, two planes of bending, stretching.
 GROUPS = {"torsion": (0,), "bend_y": (1, 5), "bend_z": (2, 4), "stretch": (3,)}
 
@@ -142,14 +148,20 @@ def _assembled(blocks: list[Block], name: str) -> Floats:
 
 @dataclass
 class LinkMap:
-    """Where a link lies in the chain: nodes of its floating frame at arc lengths s."""
+    """Where a link lies in the chain.
+
+    Attributes
+    ----------
+    nodes : nodes along the floating frame's axes, at ``rest`` (K, 3) + ``shift`` (K, 3, m) q in it
+    """
 
     link: FlexibleLink
     modes: Modes
     columns: range
     first_node: int
-    s: Floats
     nodes: list[int]
+    rest: Floats
+    shift: Floats
 
     @property
     def length(self) -> float:
@@ -158,7 +170,7 @@ class LinkMap:
 
     def reach(self, beyond: float) -> Floats:
         """Return (m,) how far in m a unit of each coordinate moves what is ``beyond`` m further."""
-        turn, shift = self.modes.fields(self.s)
+        turn, shift = self.modes.fields(np.linspace(0.0, self.length, 3 * FINE))
         far = np.abs(shift).max(axis=(0, 1)) + beyond * np.abs(turn[-1]).max(axis=0)
         return np.maximum(far, self.length * np.abs(turn).max(axis=(0, 1)))
 
@@ -166,16 +178,16 @@ class LinkMap:
         """Return a node and the step from it to the section at arc length s.
 
         The section's turn after its shift, in one exponential: [ξ₁, ξ₂] takes out what the turn
-        would add to the shift, up to its square times a node distance.
+        would add to the shift, up to its square times the distance from the node.
         """
-        k = int(np.argmin(np.abs(self.s - s)))
-        turn, shift = self.modes.fields(np.array([self.s[k], s]))
+        k = int(np.argmin(np.abs(self.rest[:, 0] - s)))
+        turn, shift = self.modes.fields(np.array([s]))
         step = Segment(1.0, -0.5, np.zeros((2, 6)))
-        step.xi0[1, 3] = s - self.s[k]
+        step.xi0[1, 3:] = [s, 0.0, 0.0] - self.rest[k]
         for j, column in enumerate(self.columns):
             for c in range(3):
-                step.entries.append((column, c, turn[1, c, j], 0.0))
-                step.entries.append((column, 3 + c, 0.0, shift[1, c, j] - shift[0, c, j]))
+                step.entries.append((column, c, turn[0, c, j], 0.0))
+                step.entries.append((column, 3 + c, 0.0, shift[0, c, j] - self.shift[k, c, j]))
         return self.nodes[k], step
 
 
@@ -197,27 +209,46 @@ def append_link(chain: Chain, link: FlexibleLink) -> None:
     )
     chain.names += link.coordinates
     first = chain.node
-    highest = max(link.each.values()) if link.each else link.modes
-    s, inertia, drag = _lumped(link.rod, link.nodes or highest + 5)
-    turn, shift = modes.fields(s)
-    chain.inertia[-1] += inertia[0]
-    chain.drag[-1] += drag[0]
-    nodes = [first]
-    whole = np.array([1.0, 0.0 if link.rotary_inertia else 1.0])[[0, 1, 1, 1]]
-    for k in range(1, len(s)):
-        ahead = np.array([0.0, 0.0, 0.0, s[k] - s[k - 1], 0.0, 0.0])
-        step = _linear(columns, 3, shift[k] - shift[k - 1])
-        step.xi0, step.span = np.array([ahead, ahead]), (s[k - 1], s[k])
-        chain.add(step, whole * inertia[k], whole * drag[k])
+    end = np.array([link.rod.length])
+    tip_turn, tip_shift = (field[0] for field in modes.fields(end))
+    rest, shift, nodes = np.zeros((1, 3)), np.zeros((1, 3, link.modes)), [first]
+
+    def step_to(where: Floats, how: Floats, mass: float, drag: float) -> None:
+        """Append a shift to where + how q, and a mass there."""
+        nonlocal rest, shift
+        step = _linear(columns, 3, how - shift[-1])
+        step.xi0[:, 3:] = where - rest[-1]
+        inertia = np.array([mass, 0.0, 0.0, 0.0])
+        chain.add(step, inertia, drag * inertia)
+        rest, shift = np.vstack([rest, [where]]), np.vstack([shift, [how]])
         nodes.append(chain.node)
-        last = k == len(s) - 1
-        if link.rotary_inertia or last:
-            own = (1.0 - whole) * inertia[k], (1.0 - whole) * drag[k]
-            chain.add(_linear(columns, 0, turn[k]), *own)
-        if link.rotary_inertia and not last:
-            chain.add(_linear(columns, 0, -turn[k]))
+
+    turns: list[tuple[Floats, Floats, float]] = []
+    for drag, s, inertia in _distributions(link.rod):
+        turn, moved = modes.fields(s)
+        mass, at = concentrated(np.column_stack([s, moved.reshape(len(s), -1)]), inertia[:, 0], s)
+        frame = inertia.sum(axis=0)
+        frame[0] -= mass.sum()
+        for amount, value in zip(mass, at, strict=True):
+            where, how = np.array([value[0], 0.0, 0.0]), value[1:].reshape(3, -1)
+            step_to(where, how, float(amount), drag)
+        if link.rotary_inertia:
+            for moments, how in _turning(turn, inertia[:, 1:], s):
+                turns.append((how, moments, drag))
+                frame[1:] -= moments
+        # what the nodes do not have moves with the frame; never less than nothing
+        frame = np.maximum(frame, 0.0)
+        chain.inertia[first] += frame
+        chain.drag[first] += drag * frame
+    step_to(np.array([link.rod.length, 0.0, 0.0]), tip_shift, 0.0, 0.0)
+    chain.segments[-1].span = (0.0, link.rod.length)
+    for how, moments, drag in turns:
+        row = np.array([0.0, *moments])
+        chain.add(_linear(columns, 0, how), row, drag * row)
+        chain.add(_linear(columns, 0, -how))
+    chain.add(_linear(columns, 0, tip_turn))
     chain.frames[link.name] = chain.node
-    chain.links[link.name] = LinkMap(link, modes, columns, first, s, nodes)
+    chain.links[link.name] = LinkMap(link, modes, columns, first, nodes, rest, shift)
 
 
 def _linear(columns: range, component: int, fields: Floats) -> Segment:
@@ -230,15 +261,29 @@ def _linear(columns: range, component: int, fields: Floats) -> Segment:
     return segment
 
 
-def _lumped(rod: Rod, count: int) -> tuple[Floats, Floats, Floats]:
-    """Return arc lengths (N,), inertia and drag (N, 4): a Gauss–Lobatto rule on every section."""
-    x, w = lobatto(count)
-    s, inertia, drag = np.zeros(1), np.zeros((1, 4)), np.zeros((1, 4))
+def _turning(turn: Floats, moments: Floats, s: Floats) -> list[tuple[Floats, Floats]]:
+    """Return (moments (3,), turn (3, m) per unit coordinate) of few bodies that turn alike.
+
+    Alike in ∫ I ϑ and ∫ I ϑ ϑᵀ about each axis by itself: what linear modes see of the rotary
+    inertia ``moments`` (N, 3) at arc lengths s. One node of the chain may bear one body per axis.
+    """
+    axes = [concentrated(turn[:, c], moments[:, c], s) for c in range(3)]
+    count = max(len(amount) for amount, _ in axes)
+    bodies = np.zeros((count, 3)), np.zeros((count, 3, turn.shape[2]))
+    for c, (amount, value) in enumerate(axes):
+        bodies[0][: len(amount), c], bodies[1][: len(amount), c] = amount, value
+    return list(zip(*bodies, strict=True))
+
+
+def _distributions(rod: Rod) -> list[tuple[float, Floats, Floats]]:
+    """Return (Rayleigh's α, arc lengths (N,), inertia (N, 4)) of the sections of equal α."""
+    x, w = lobatto(POINTS)
+    parts: dict[float, list[tuple[Floats, Floats]]] = {}
     for section, begin in zip(rod.sections, rod.boundaries, strict=False):
-        weights = (section.length * w)[:, None]
-        mass, loss = section.inertia(x) * weights, section.drag(x) * weights
-        inertia[-1] += mass[0]
-        drag[-1] += loss[0]
-        s = np.concatenate([s, begin + section.length * x[1:]])
-        inertia, drag = np.concatenate([inertia, mass[1:]]), np.concatenate([drag, loss[1:]])
-    return s, inertia, drag
+        inertia = section.inertia(x) * (section.length * w)[:, None]
+        own = parts.setdefault(section.material.mass_damping, [])
+        own.append((begin + section.length * x, inertia))
+    out = []
+    for drag, part in parts.items():
+        out.append((drag, np.concatenate([s for s, _ in part]), np.vstack([i for _, i in part])))
+    return out
