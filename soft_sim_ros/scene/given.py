@@ -57,6 +57,7 @@ def read_given(reader: Reader, length: float) -> Given:
         stiffness=_read_law(reader, "stiffness", length, POSITIVE),
         damping=_read_law(reader, "damping", length, NONNEGATIVE),
         inertia=inertia,
+        coupling=_read_coupling(reader.mapping("coupling"), length),
     )
 
 
