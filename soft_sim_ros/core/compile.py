@@ -81,7 +81,7 @@ def build_chain(scene: Scene) -> Chain:
             chain.rod(body, scene.numerics.rods[body.name], cuts[body.name], turning[body.name])
             _check_nodes(scene, chain, body)
         elif isinstance(body, FlexibleLink):
-            append_link(chain, body)
+            append_link(chain, body, [load for load in scene.loads if load.body == body.name])
         elif isinstance(body, Joint):
             chain.joint(body)
         elif isinstance(body, RigidBody):

@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.link import Modes
+from soft_sim_ros.core.link_modes import Modes
 from soft_sim_ros.core.moments import concentrated
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.statics import equilibrium
