@@ -1,7 +1,7 @@
 """What a floating-frame link costs and misses, beside the rod of the same data, in one run.
 
-The two scenes flexible_manipulator and floating_frame under the same torques, and the manipulator
-with only the rods' bending. Ratios of the same run; nothing here is an absolute time.
+The two scenes flexible_manipulator and floating_frame under the same torques, both with bending
+only, and links with a single mode. Ratios of the same run; nothing here is an absolute time.
 
     python -m benchmarks.floating
 """
@@ -30,12 +30,23 @@ def bending_only() -> str:
     return yaml.safe_dump(document)
 
 
+def links_of(modes: dict[str, int]) -> str:
+    """Return floating_frame with other modes."""
+    document = yaml.safe_load(load_scene("floating_frame").source)
+    for body in document["bodies"]:
+        if "flexible_link" in body:
+            body["strains"], body["modes"] = list(modes), modes
+    return yaml.safe_dump(document)
+
+
 def main() -> None:
     """Measure and print."""
     scenes = {
         "rods": load_scene("flexible_manipulator"),
         "rods, bending only": parse_scene(bending_only()),
         "links": load_scene("floating_frame"),
+        "links, bending only": parse_scene(links_of({"bend_y": 1, "bend_z": 2})),
+        "links of one mode": parse_scene(links_of({"bend_z": 1})),
     }
     best = dict.fromkeys(scenes, np.inf)
     tips = {}
@@ -49,10 +60,13 @@ def main() -> None:
             best[name] = min(best[name], time.process_time() - begin)
             tips[name] = simulation.dynamics.node_poses(simulation.q)[-1][:3, 3]
     for name, scene in scenes.items():
-        coordinates = Simulation(scene).n_coordinates
+        simulation = Simulation(scene)
+        size = (
+            f"{simulation.n_coordinates:3d} coordinates, {len(simulation.model.half):3d} segments"
+        )
         apart = np.linalg.norm(tips[name] - tips["rods"]) * 1e3
         print(
-            f"{name:20s} {coordinates:3d} coordinates, cost {best[name] / best['rods']:.2f} of the "
+            f"{name:20s} {size}, cost {best[name] / best['rods']:.2f} of the "
             f"rods', tip {apart:.2f} mm from theirs after {STEPS} steps"
         )
 

@@ -132,6 +132,18 @@ def _body(first: bool, **keys: Any) -> Callable[[Document, float], None]:
     return add
 
 
+def _link(scene: Document, size: float) -> None:
+    # modes need some mass; this much changes no digit of what a rod does
+    line = max(size, 1e-30)
+    part = {
+        "name": "s", "length": 0.2, "material": "m", "mass_per_length": line,
+        "inertia_per_length": [2e-4 * line, 1e-4 * line, 1e-4 * line],
+        "cross_section": {"shape": "circle", "radius": 0.02},
+    }  # fmt: skip
+    link = {"flexible_link": "link", "strains": ["bend_z"], "modes": 2, "sections": [part]}
+    scene["bodies"].append(link)
+
+
 def _space(scene: Document, size: float) -> None:
     scene["bodies"][0]["strains"] = ALL
 
@@ -173,6 +185,18 @@ FEATURES = (
         "revolute joint",
         _body(True, joint="j", kind="revolute", axis=[0.0, 0.0, 1.0], stiffness=None), 10.0,
         silent=False,
+    ),
+    Feature("prismatic joint", _body(True, joint="j", kind="prismatic", axis=[1.0, 0.0, 0.0])),
+    Feature(
+        "universal joint",
+        _body(True, joint="j", kind="universal", axes=[[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]),
+    ),
+    Feature("spherical joint", _body(True, joint="j", kind="spherical")),
+    Feature("free base", _body(True, joint="j", kind="free")),
+    Feature("floating-frame link", _link, 1.0),
+    Feature(
+        "stiffness between strains",
+        _section(coupling=lambda x: {"bend_z": {"shear_y": x}}), 1.0,
     ),
     Feature("rigid body at the tip", _body(False, rigid_body="b", mass=None), 0.1),
     Feature("strains out of the plane", _space),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .chain import Segment
 from .model import Floats, Ints
+from .segments import Segment
 
 
 def floats(values: object) -> Floats:

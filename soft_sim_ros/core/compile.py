@@ -20,13 +20,14 @@ from ..scene import (
 )
 from . import se3
 from .arrays import flat_entries, floats, ints
-from .chain import ANGULAR, Chain
+from .chain import Chain
 from .fibres import flatten_fibres
 from .link import append_link
 from .loads import lump_loads
 from .model import Floats, Loads, Model, Spatial
 from .ports import Path, flat_ports, winding
 from .quadrature import gauss
+from .segments import ANGULAR
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ def build_chain(scene: Scene) -> Chain:
             chain.rod(body, scene.numerics.rods[body.name], cuts[body.name], turning[body.name])
             _check_nodes(scene, chain, body)
         elif isinstance(body, FlexibleLink):
-            append_link(chain, body)
+            append_link(chain, body, [load for load in scene.loads if load.body == body.name])
         elif isinstance(body, Joint):
             chain.joint(body)
         elif isinstance(body, RigidBody):

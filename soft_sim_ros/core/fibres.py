@@ -6,7 +6,8 @@ import numpy as np
 
 from ..scene.law import Law, Rivlin
 from .arrays import floats, ints
-from .chain import Chain, Element
+from .chain import Chain
+from .element import Element
 from .model import Fibres, Floats, Ints
 from .quadrature import composite, gauss
 

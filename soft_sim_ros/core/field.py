@@ -19,8 +19,8 @@ from ..errors import SceneError
 from ..scene import ChamberActuator, DistributedLoad, MomentActuator, Scene
 from ..scene.strains import STRAINS
 from ..scene.tendon import Routed
-from .chain import Element
 from .dynamics import Dynamics
+from .element import Element
 from .memory import materials, refuse_branches, refuse_tendons
 from .model import Floats
 from .quadrature import derivative, lobatto
@@ -224,8 +224,9 @@ def _strains(element: Element, s: Floats, coordinates: tuple[Floats, ...]) -> Fl
 def _law(element: Element, s: Floats, strain: Floats, strain_rate: Floats) -> Floats:
     """Return H (ξ − ξ₀) + Γ ξ̇ (N, 6)."""
     section, x = element.section, element.normalised(s)
-    out: Floats = section.stiffness(x) * (strain - section.strain0(x))
-    return out + section.damping(x) * strain_rate
+    stiffness, damping, _ = section.laws(x)
+    out: Floats = np.einsum("kij,kj->ki", stiffness, strain - section.strain0(x))
+    return out + np.einsum("kij,kj->ki", damping, strain_rate)
 
 
 def _actuation(

@@ -1,155 +1,51 @@
 """Floating-frame links: rigid motion times linear modes, B (3.23)–(3.36), as segments of the chain.
 
-The floating frame is that of the link's first section. A mass node at arc length s stands at
-X + Φ(s) q in that frame, exactly: between mass nodes lies a segment that only shifts, by the
-difference of Φ, so positions are linear in the modal coordinates as B (3.25), (3.26) ask for. At
-the tip one segment turns by the modes' rotation there. Nothing else distinguishes such a link: the
-one recursion finds 𝓙, the bias terms of (3.33) and the couplings of (3.34)–(3.36).
+The floating frame is that of the link's first section. What the motion sees of the link's mass are
+the integrals of (3.31) and (3.33); a few masses have them too (moments.py), and one node of the
+chain bears each. Such a node stands at X + Φ q in the floating frame, exactly: between two nodes
+lies a segment that only shifts, by the difference of X + Φ q, so positions are linear in the modal
+coordinates as B (3.25), (3.26) ask for. Rotary inertia has nodes of its own that only turn; at the
+tip one segment turns by the modes' rotation there. Nothing else distinguishes such a link: the one
+recursion finds 𝓙, the bias terms of (3.33) and the couplings of (3.34)–(3.36).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
-import scipy
 
-from ..scene import Basis, FlexibleLink, Rod
-from . import se3
-from .chain import Block, Chain, Segment
+from ..scene import FlexibleLink, Load, PointLoad, Rod
+from .chain import Chain
+from .link_modes import FINE, Modes
 from .model import Floats
+from .moments import concentrated
 from .quadrature import lobatto
+from .segments import Block, Segment
 
-# Degree of the strains, in every section, from which modes are computed.
-FINE = 9
-# Strains that move together where the rod is straight: twisting, two planes of bending, stretching.
-GROUPS = {"torsion": (0,), "bend_y": (1, 5), "bend_z": (2, 4), "stretch": (3,)}
-
-
-class Modes:
-    """The lowest modes of a straight rod that is clamped at its start.
-
-    Eigenvectors of the rod linearised at rest, with its strains as polynomials. Scaled so that
-    the largest displacement of a mode is 1 m per unit coordinate; twisting modes, which displace
-    nothing, so that their largest angle times the length is.
-
-    Attributes
-    ----------
-    frequencies : (m,) rad/s
-    stiffness, damping, branch : (m, m), the last of Maxwell branches with branch_time in s
-    """
-
-    def __init__(self, link: FlexibleLink) -> None:
-        self._rod = link.rod
-        self._chain = Chain()
-        self._chain.rod(link.rod, Basis(order=dict.fromkeys(link.rod.strains, FINE)), set())
-        stiffness, damping, branch = (
-            _assembled(self._chain.blocks, x) for x in ("stiffness", "damping", "branch")
-        )
-        nodes = [0.0, *(segment.span[1] for segment in self._chain.segments)]
-        small = self._small_motions(np.array(nodes))
-        inertia = np.array(self._chain.inertia)
-        mass = np.einsum("kcn,k,kcm->nm", small[:, 3:], inertia[:, 0], small[:, 3:])
-        if link.rotary_inertia:
-            mass += np.einsum("kcn,kc,kcm->nm", small[:, :3], inertia[:, 1:], small[:, :3])
-        mass += link.tip_mass * small[-1, 3:].T @ small[-1, 3:]
-        found: list[tuple[float, Floats]] = []
-        for name, group in GROUPS.items():
-            own = self._columns_of(group)
-            rows = small[-1, 4:, own].T if link.tip == "pinned" else np.zeros((2, len(own)))
-            free = np.eye(len(mass))[:, own] @ scipy.linalg.null_space(rows)
-            if free.shape[1] == 0:
-                continue
-            # K is as well conditioned as a rod is slender, M is not: high strains hardly move
-            values, vectors = scipy.linalg.eigh(free.T @ mass @ free, free.T @ stiffness @ free)
-            count = link.modes if link.each is None else link.each.get(name, 0)
-            for value, vector in zip(values[::-1][:count], vectors.T[::-1], strict=False):
-                found.append((1.0 / np.sqrt(value), free @ vector))
-        # equal frequencies (a round rod in two planes) in the order of the groups
-        found = sorted(found, key=lambda mode: float(f"{mode[0]:.8e}"))[: link.modes]
-        self.frequencies = np.array([frequency for frequency, _ in found])
-        shapes = np.stack([_scaled(shape, small, link.rod.length) for _, shape in found], axis=1)
-        self._shapes = shapes
-        self.stiffness = np.diag(np.diag(shapes.T @ stiffness @ shapes))
-        self.damping = shapes.T @ damping @ shapes
-        self.branch = shapes.T @ branch @ shapes
-        self.branch_time = self._chain.blocks[0].branch_time
-
-    def fields(self, s: Floats) -> tuple[Floats, Floats]:
-        """Return rotations and displacements (N, 3, m) per unit coordinate at arc lengths s."""
-        motions = self._small_motions(s) @ self._shapes
-        return motions[:, :3], motions[:, 3:]
-
-    def _columns_of(self, group: tuple[int, ...]) -> list[int]:
-        """Return the coordinates of some strain components."""
-        elements = self._chain.rods[self._rod.name].elements
-        own = [columns for element in elements for columns in element.columns]
-        return [first + j for component, first, count in own if component in group
-                for j in range(count)]  # fmt: skip
-
-    def _small_motions(self, s: Floats) -> Floats:
-        """Return rotation and displacement (N, 6, n) at arc lengths, per unit strain coordinate."""
-        out = np.zeros((len(s), 6, len(self._chain.names)))
-        elements = self._chain.rods[self._rod.name].elements
-        for i, where in enumerate(s):
-            # twist of the section at ``where``, in the frame of the clamp: straight, so Ad is p×
-            twist = np.zeros((6, len(self._chain.names)))
-            for element in elements:
-                begin, end = element.span
-                if where > begin:
-                    step = element.step(begin, min(where, end))
-                    twist += _columns(step, begin, len(self._chain.names))
-            out[i, :3] = twist[:3]
-            out[i, 3:] = twist[3:] + np.cross(twist[:3], [where, 0.0, 0.0], axisa=0, axisc=0)
-        return out
-
-
-def _scaled(shape: Floats, small: Floats, length: float) -> Floats:
-    """Return a mode (n,) with the sign and size that the class promises."""
-    motions = small @ shape
-    turn, shift = motions[:, :3] * length, motions[:, 3:]
-    moves = shift if np.abs(shift).max() > 1e-6 * np.abs(turn).max() else turn
-    scaled: Floats = shape / moves.ravel()[np.abs(moves).argmax()]
-    return scaled
-
-
-def _columns(step: Segment, begin: float, count: int) -> Floats:
-    """Return the twist (6, n), in the frame of the clamp, that a straight step adds per coordinate.
-
-    The step carries mean and first moment of the strain exactly, which is all that a small motion
-    of the end of a straight step depends on.
-    """
-    rest = step.half * (step.xi0[0] + step.xi0[1])
-    frame = se3.exp(rest)
-    frame[0, 3] += begin
-    carried = se3.Ad(frame) @ se3.right_tangent(rest)
-    out = np.zeros((6, count))
-    for column, component, first, second in step.entries:
-        unit = np.zeros(6)
-        unit[component] = 1.0
-        bracket = second * se3.ad(step.xi0[0]) @ unit - first * se3.ad(step.xi0[1]) @ unit
-        out[:, column] += carried @ (step.half * (first + second) * unit + step.kappa * bracket)
-    return out
-
-
-def _assembled(blocks: list[Block], name: str) -> Floats:
-    """Return stiffness, damping or branch of all blocks as one matrix."""
-    out = np.zeros((blocks[-1].end, blocks[-1].end))
-    for block in blocks:
-        out[block.begin : block.end, block.begin : block.end] = getattr(block, name)
-    return out
+# Gauss–Lobatto points in every section, at which the integrals over modes are taken.
+POINTS = 40
 
 
 @dataclass
 class LinkMap:
-    """Where a link lies in the chain: nodes of its floating frame at arc lengths s."""
+    """Where a link lies in the chain.
+
+    Attributes
+    ----------
+    nodes : nodes along the floating frame's axes, at ``rest`` (K, 3) + ``shift`` (K, 3, m) q in it
+    loaded : by name of a load, the nodes that bear it, and how much of it: 1, or a length in m
+    """
 
     link: FlexibleLink
     modes: Modes
     columns: range
     first_node: int
-    s: Floats
     nodes: list[int]
+    rest: Floats
+    shift: Floats
+    loaded: dict[str, list[tuple[int, float]]] = field(default_factory=dict)
 
     @property
     def length(self) -> float:
@@ -158,7 +54,7 @@ class LinkMap:
 
     def reach(self, beyond: float) -> Floats:
         """Return (m,) how far in m a unit of each coordinate moves what is ``beyond`` m further."""
-        turn, shift = self.modes.fields(self.s)
+        turn, shift = self.modes.fields(np.linspace(0.0, self.length, 3 * FINE))
         far = np.abs(shift).max(axis=(0, 1)) + beyond * np.abs(turn[-1]).max(axis=0)
         return np.maximum(far, self.length * np.abs(turn).max(axis=(0, 1)))
 
@@ -166,58 +62,76 @@ class LinkMap:
         """Return a node and the step from it to the section at arc length s.
 
         The section's turn after its shift, in one exponential: [ξ₁, ξ₂] takes out what the turn
-        would add to the shift, up to its square times a node distance.
+        would add to the shift, up to its square times the distance from the node.
         """
-        k = int(np.argmin(np.abs(self.s - s)))
-        turn, shift = self.modes.fields(np.array([self.s[k], s]))
+        k = int(np.argmin(np.abs(self.rest[:, 0] - s)))
+        turn, shift = self.modes.fields(np.array([s]))
         step = Segment(1.0, -0.5, np.zeros((2, 6)))
-        step.xi0[1, 3] = s - self.s[k]
+        step.xi0[1, 3:] = [s, 0.0, 0.0] - self.rest[k]
         for j, column in enumerate(self.columns):
             for c in range(3):
-                step.entries.append((column, c, turn[1, c, j], 0.0))
-                step.entries.append((column, 3 + c, 0.0, shift[1, c, j] - shift[0, c, j]))
+                step.entries.append((column, c, turn[0, c, j], 0.0))
+                step.entries.append((column, 3 + c, 0.0, shift[0, c, j] - self.shift[k, c, j]))
         return self.nodes[k], step
 
 
-def append_link(chain: Chain, link: FlexibleLink) -> None:
-    """Append a floating-frame link to a chain."""
+def append_link(chain: Chain, link: FlexibleLink, loads: Sequence[Load] = ()) -> None:
+    """Append a floating-frame link, and nodes for the loads along it, to a chain."""
     modes = Modes(link)
-    begin = len(chain.names)
+    begin, first = len(chain.names), chain.node
     columns = range(begin, begin + link.modes)
-    chain.blocks.append(
-        Block(
-            begin,
-            columns.stop,
-            chain.node,
-            modes.stiffness,
-            modes.damping,
-            modes.branch,
-            modes.branch_time,
-        )
-    )
+    laws = modes.stiffness, modes.damping, modes.branch, modes.branch_time
+    chain.blocks.append(Block(begin, columns.stop, first, *laws))
     chain.names += link.coordinates
-    first = chain.node
-    highest = max(link.each.values()) if link.each else link.modes
-    s, inertia, drag = _lumped(link.rod, link.nodes or highest + 5)
-    turn, shift = modes.fields(s)
-    chain.inertia[-1] += inertia[0]
-    chain.drag[-1] += drag[0]
-    nodes = [first]
-    whole = np.array([1.0, 0.0 if link.rotary_inertia else 1.0])[[0, 1, 1, 1]]
-    for k in range(1, len(s)):
-        ahead = np.array([0.0, 0.0, 0.0, s[k] - s[k - 1], 0.0, 0.0])
-        step = _linear(columns, 3, shift[k] - shift[k - 1])
-        step.xi0, step.span = np.array([ahead, ahead]), (s[k - 1], s[k])
-        chain.add(step, whole * inertia[k], whole * drag[k])
-        nodes.append(chain.node)
-        last = k == len(s) - 1
-        if link.rotary_inertia or last:
-            own = (1.0 - whole) * inertia[k], (1.0 - whole) * drag[k]
-            chain.add(_linear(columns, 0, turn[k]), *own)
-        if link.rotary_inertia and not last:
-            chain.add(_linear(columns, 0, -turn[k]))
+    rest, shift = np.zeros((1, 3)), np.zeros((1, 3, link.modes))
+    own = LinkMap(link, modes, columns, first, [first], rest, shift)
+    chain.links[link.name] = own
+    turns: list[tuple[Floats, Floats, float]] = []
+    for drag, s, inertia in _distributions(link.rod):
+        turn, moved = modes.fields(s)
+        mass, at = concentrated(np.column_stack([s, moved.reshape(len(s), -1)]), inertia[:, 0], s)
+        frame = inertia.sum(axis=0)
+        frame[0] -= mass.sum()
+        for amount, value in zip(mass, at, strict=True):
+            _shift_to(chain, own, value, np.array([amount, 0.0, 0.0, 0.0]), drag)
+        if link.rotary_inertia:
+            for moments, how in _turning(turn, inertia[:, 1:], s):
+                turns.append((how, moments, drag))
+                frame[1:] -= moments
+        # what the nodes do not have moves with the frame; never less than nothing
+        frame = np.maximum(frame, 0.0)
+        chain.inertia[first] += frame
+        chain.drag[first] += drag * frame
+    for load in loads:
+        own.loaded[load.name] = _bearers(chain, own, load)
+    turn, moved = (field_[0] for field_ in modes.fields(np.array([own.length])))
+    _shift_to(chain, own, np.concatenate([[own.length], moved.ravel()]), np.zeros(4), 0.0)
+    chain.segments[-1].span = (0.0, own.length)
+    for how, moments, drag in turns:
+        _turn_to_and_fro(chain, own, how, np.array([0.0, *moments]), drag)
+    chain.add(_linear(columns, 0, turn))
     chain.frames[link.name] = chain.node
-    chain.links[link.name] = LinkMap(link, modes, columns, first, s, nodes)
+    for load in loads:
+        if _at_tip(load, own):
+            own.loaded[load.name] = [(chain.node, 1.0)]
+
+
+def _shift_to(chain: Chain, own: LinkMap, value: Floats, inertia: Floats, drag: float) -> None:
+    """Append a shift from the last node to X + Φ q, ``value`` being X and Φ (3, m) in a row."""
+    rest, how = np.array([value[0], 0.0, 0.0]), value[1:].reshape(3, -1)
+    step = _linear(own.columns, 3, how - own.shift[-1])
+    step.xi0[:, 3:] = rest - own.rest[-1]
+    chain.add(step, inertia, drag * inertia)
+    own.nodes.append(chain.node)
+    own.rest, own.shift = np.vstack([own.rest, [rest]]), np.vstack([own.shift, [how]])
+
+
+def _turn_to_and_fro(chain: Chain, own: LinkMap, how: Floats, inertia: Floats, drag: float) -> int:
+    """Append a node that turns by how (3, m) q, and the way back; return the node."""
+    chain.add(_linear(own.columns, 0, how), inertia, drag * inertia)
+    node = chain.node
+    chain.add(_linear(own.columns, 0, -how))
+    return node
 
 
 def _linear(columns: range, component: int, fields: Floats) -> Segment:
@@ -230,15 +144,60 @@ def _linear(columns: range, component: int, fields: Floats) -> Segment:
     return segment
 
 
-def _lumped(rod: Rod, count: int) -> tuple[Floats, Floats, Floats]:
-    """Return arc lengths (N,), inertia and drag (N, 4): a Gauss–Lobatto rule on every section."""
-    x, w = lobatto(count)
-    s, inertia, drag = np.zeros(1), np.zeros((1, 4)), np.zeros((1, 4))
+def _at_tip(load: Load, own: LinkMap) -> bool:
+    return isinstance(load, PointLoad) and load.s >= own.length
+
+
+def _bearers(chain: Chain, own: LinkMap, load: Load) -> list[tuple[int, float]]:
+    """Append nodes for a load along a link, and return them with what they bear of it.
+
+    A load per length gets few nodes that shift and turn with the same moments.
+    """
+    if _at_tip(load, own):
+        return []
+    if isinstance(load, PointLoad):
+        s, length = np.array([load.s]), np.ones(1)
+    else:
+        x, w = lobatto(POINTS)
+        marks = np.unique(np.clip(own.link.rod.boundaries, load.start, load.end))
+        s = np.concatenate([a + (b - a) * x for a, b in zip(marks[:-1], marks[1:], strict=True)])
+        length = np.concatenate([(b - a) * w for a, b in zip(marks[:-1], marks[1:], strict=True)])
+    turn, moved = (field_.reshape(len(s), -1) for field_ in own.modes.fields(s))
+    amount, at = length, np.column_stack([s, moved, turn])
+    if len(s) > 1:
+        amount, at = concentrated(at, length, s)
+    bearers = [(own.first_node, float(length.sum() - amount.sum()))]
+    size = moved.shape[1]
+    for share, value in zip(amount, at, strict=True):
+        _shift_to(chain, own, value[: 1 + size], np.zeros(4), 0.0)
+        node = _turn_to_and_fro(chain, own, value[1 + size :].reshape(3, -1), np.zeros(4), 0.0)
+        bearers.append((node, float(share)))
+    return bearers
+
+
+def _turning(turn: Floats, moments: Floats, s: Floats) -> list[tuple[Floats, Floats]]:
+    """Return (moments (3,), turn (3, m) per unit coordinate) of few bodies that turn alike.
+
+    Alike in ∫ I ϑ and ∫ I ϑ ϑᵀ about each axis by itself: what linear modes see of the rotary
+    inertia ``moments`` (N, 3) at arc lengths s. One node of the chain may bear one body per axis.
+    """
+    axes = [concentrated(turn[:, c], moments[:, c], s) for c in range(3)]
+    count = max(len(amount) for amount, _ in axes)
+    bodies = np.zeros((count, 3)), np.zeros((count, 3, turn.shape[2]))
+    for c, (amount, value) in enumerate(axes):
+        bodies[0][: len(amount), c], bodies[1][: len(amount), c] = amount, value
+    return list(zip(*bodies, strict=True))
+
+
+def _distributions(rod: Rod) -> list[tuple[float, Floats, Floats]]:
+    """Return (Rayleigh's α, arc lengths (N,), inertia (N, 4)) of the sections of equal α."""
+    x, w = lobatto(POINTS)
+    parts: dict[float, list[tuple[Floats, Floats]]] = {}
     for section, begin in zip(rod.sections, rod.boundaries, strict=False):
-        weights = (section.length * w)[:, None]
-        mass, loss = section.inertia(x) * weights, section.drag(x) * weights
-        inertia[-1] += mass[0]
-        drag[-1] += loss[0]
-        s = np.concatenate([s, begin + section.length * x[1:]])
-        inertia, drag = np.concatenate([inertia, mass[1:]]), np.concatenate([drag, loss[1:]])
-    return s, inertia, drag
+        inertia = section.inertia(x) * (section.length * w)[:, None]
+        own = parts.setdefault(section.material.mass_damping, [])
+        own.append((begin + section.length * x, inertia))
+    out = []
+    for drag, part in parts.items():
+        out.append((drag, np.concatenate([s for s, _ in part]), np.vstack([i for _, i in part])))
+    return out

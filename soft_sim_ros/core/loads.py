@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..scene import DistributedLoad, PointLoad, Scene
+from ..scene import Load, PointLoad, Scene
 from .arrays import floats, ints
 from .chain import Chain
 from .model import Floats, Loads
@@ -20,15 +20,9 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
         wrench = np.concatenate([load.moment, load.force])
         if load.frame == "world":
             wrench = np.concatenate([rotation.T @ load.moment, rotation.T @ load.force])
-        if isinstance(load, PointLoad):
-            rod_map = chain.rods.get(load.body)
-            node = chain.node_at(rod_map, load.s) if rod_map else chain.frames[load.body]
+        for node, share in _shares(chain, load):
             nodes.append(node)
-            wrenches.append(wrench)
-        elif isinstance(load, DistributedLoad):
-            for node, share in _shares(chain, load):
-                nodes.append(node)
-                wrenches.append(share * wrench)
+            wrenches.append(share * wrench)
         ptr.append(len(nodes))
     switches = sorted({t for load in scene.loads for t in load.schedule.switch_times})
     return Loads(
@@ -43,11 +37,16 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
     )
 
 
-def _shares(chain: Chain, load: DistributedLoad) -> list[tuple[int, float]]:
-    """Return (node, length in m) of a load per length.
+def _shares(chain: Chain, load: Load) -> list[tuple[int, float]]:
+    """Return the nodes that bear a load, and how much of it: 1, or a length in m.
 
-    Gauss–Lobatto weights of the elements it covers.
+    Gauss–Lobatto weights of the elements that a distributed load covers.
     """
+    if load.body in chain.links:
+        return chain.links[load.body].loaded[load.name]
+    if isinstance(load, PointLoad):
+        rod_map = chain.rods.get(load.body)
+        return [(chain.node_at(rod_map, load.s) if rod_map else chain.frames[load.body], 1.0)]
     shares = []
     for element in chain.rods[load.body].elements:
         begin, end = element.span

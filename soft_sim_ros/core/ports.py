@@ -11,10 +11,11 @@ from ..errors import SceneError
 from ..scene import ChamberActuator, JointActuator, MomentActuator, Scene, TendonActuator
 from ..scene.strains import STRAINS
 from .arrays import floats, ints
-from .chain import GAUSS2, Chain
+from .chain import Chain
 from .model import Floats
 from .quadrature import gauss
 
+GAUSS2 = gauss(2)[0]
 # A path may wind by this much in rad between neighbouring nodes: two Gauss points then see its
 # length to a few parts in ten thousand.
 WINDING = 1.3

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from .arrays import flat_entries, floats, ints
-from .chain import Chain, Element, RodMap, Segment
+from .chain import Chain, RodMap
 from .compile import Compiled
+from .element import Element
 from .model import Floats, Samples
+from .segments import Segment
 
 
 def sample_frames(compiled: Compiled, s: Floats) -> Samples:

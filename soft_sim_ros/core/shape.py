@@ -8,8 +8,8 @@ import numpy as np
 
 from ..errors import NoSuchPlace
 from ..scene.strains import STRAINS
-from .chain import Element
 from .compile import Compiled
+from .element import Element
 from .model import Floats, Ints
 
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ..errors import Diverged, SceneError, StaticsFailed
 from ..scene import Scene
 from . import se3
-from .chain import Element
 from .dynamics import Dynamics
+from .element import Element
 from .integrators import method_of
 from .kernels.entry import Entry
 from .kernels.newton import REASONS

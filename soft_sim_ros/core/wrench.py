@@ -18,8 +18,8 @@ from .model import Data, Floats
 from .quadrature import antiderivative, lobatto
 
 if TYPE_CHECKING:
-    from .chain import Element
     from .dynamics import Dynamics
+    from .element import Element
 
 
 class InternalWrench(NamedTuple):

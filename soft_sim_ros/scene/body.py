@@ -69,7 +69,6 @@ class FlexibleLink:
     each kind (torsion, bend_y, bend_z, stretch); ``tip``: free, or held in place (pinned);
     tip_mass in kg is a mass at the tip that the modes (not the link) are computed with.
     rotary_inertia: whether sections turn with the modes; else their inertia turns with the frame.
-    nodes: masses per section, None: chosen from the number of modes.
     """
 
     name: str
@@ -79,7 +78,6 @@ class FlexibleLink:
     tip: str = "free"
     tip_mass: float = 0.0
     rotary_inertia: bool = False
-    nodes: int | None = None
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -149,7 +147,6 @@ def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material
         "tip",
         "tip_mass",
         "rotary_inertia",
-        "nodes",
     )
     rod = _read_rod(reader, name, materials)
     for entry, section in zip(reader.entries("sections"), rod.sections, strict=True):
@@ -157,6 +154,7 @@ def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material
             entry.refuse("no reference shape: a flexible link is straight", "reference")
         if section.material.law is not None:
             entry.refuse("a material without law: modes are linear", "material")
+        entry.no_effect("coupling", "modes of a flexible link are of one kind each")
         if section.material.maxwell != rod.sections[0].material.maxwell:
             entry.refuse("one Maxwell branch for all sections of a flexible link", "material")
     twists = "torsion" in rod.strains
@@ -177,7 +175,6 @@ def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material
         tip=reader.choice("tip", LINK_TIPS, default="free"),
         tip_mass=reader.number("tip_mass", NONNEGATIVE, default=0.0),
         rotary_inertia=rotary == "true",
-        nodes=reader.whole("nodes", Interval.parse("[3, 100]"), default=None),
     )
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from soft_sim_ros.scene.actuator import read_arc_length, read_span
-from soft_sim_ros.scene.body import Body, Rod
+from soft_sim_ros.scene.body import Body, FlexibleLink, Rod
 from soft_sim_ros.scene.interval import NONNEGATIVE, Interval
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
@@ -44,7 +44,7 @@ class Schedule:
 
 @dataclass(frozen=True, eq=False)
 class PointLoad:
-    """A wrench at arc length s of a rod, or at the frame of a joint or rigid body (s = 0).
+    """A wrench at arc length s of a rod or link, or at the frame of a joint or rigid body (s = 0).
 
     force (3,) in N, moment (3,) in N·m; in the frame "world" the load is dead, in the frame
     "body" it follows the cross-section.
@@ -98,8 +98,8 @@ def _read_point(
     by_name = {body.name: body for body in bodies}
     body = by_name[reader.reference("body", by_name, "body")]
     s = 0.0
-    if isinstance(body, Rod):
-        s = read_arc_length(reader, "s", body, default=body.length)
+    if (rod := _elastic(body)) is not None:
+        s = read_arc_length(reader, "s", rod, default=rod.length)
     else:
         reader.no_effect("s", f"{body.name} is not a rod")
     return PointLoad(name, schedule, body.name, s, *_read_wrench(reader, body))
@@ -109,10 +109,17 @@ def _read_distributed(
     reader: Reader, name: str, schedule: Schedule, bodies: tuple[Body, ...]
 ) -> DistributedLoad:
     reader.only("distributed", "body", "start", "end", *COMMON)
-    rods = {body.name: body for body in bodies if isinstance(body, Rod)}
+    rods = {body.name: rod for body in bodies if (rod := _elastic(body)) is not None}
     rod = rods[reader.reference("body", rods, "rod")]
     start, end = read_span(reader, rod)
     return DistributedLoad(name, schedule, rod.name, start, end, *_read_wrench(reader, rod))
+
+
+def _elastic(body: Body) -> Rod | None:
+    """Return the rod of a body that has a length."""
+    if isinstance(body, FlexibleLink):
+        return body.rod
+    return body if isinstance(body, Rod) else None
 
 
 def _read_wrench(reader: Reader, body: Body) -> tuple[Floats, Floats, str]:

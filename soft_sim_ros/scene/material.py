@@ -29,8 +29,8 @@ class Material:
 
     ``viscosity`` acts on shear strain rates (torsion, shear), ``axial_viscosity`` on normal ones
     (bending, stretch); Rayleigh's damping proportional to stiffness is in both. ``mass_damping``
-    is Rayleigh's α in 1/s. A ``law`` rules bending, stretch and torsion; the moduli then are those
-    of small strains.
+    is Rayleigh's α in 1/s, ``stiffness_damping`` his β in s. A ``law`` rules bending,
+    stretch and torsion; the moduli then are those of small strains.
     """
 
     name: str
@@ -40,6 +40,7 @@ class Material:
     viscosity: float
     axial_viscosity: float
     mass_damping: float = 0.0
+    stiffness_damping: float = 0.0
     law: Law | None = None
     maxwell: Maxwell | None = None
 
@@ -78,6 +79,7 @@ def read_material(reader: Reader, name: str) -> Material:
         viscosity=viscosity + stiffness * shear,
         axial_viscosity=axial + stiffness * young,
         mass_damping=mass,
+        stiffness_damping=stiffness,
         law=law,
         maxwell=_read_maxwell(reader),
     )

@@ -62,22 +62,40 @@ class Section:
         law = self._law(x, self.material.young_modulus, self.material.shear_modulus)
         return self._limp(self.given.put(law, self.given.stiffness, x))
 
-    def linear_stiffness(self, x: Floats) -> Floats:
-        """Return the stiffness (…, 6) without what the fibres of a law contribute."""
-        stiffness = self.stiffness(x)
-        if self.material.law is not None:
-            stiffness[..., :4] = 0.0
-        return stiffness
-
     def damping(self, x: Floats) -> Floats:
         """Return (…, 6): Kelvin–Voigt damping, laid out as the stiffness, N·m²·s and N·s."""
-        law = self._law(x, self.material.axial_viscosity, self.material.viscosity)
+        material = self.material
+        law = self._law(x, material.axial_viscosity, material.viscosity)
+        if self.given.stiffness and material.stiffness_damping > 0.0:
+            # Rayleigh's β goes with the stiffness that is there, not with that of the shape
+            shape = self._law(x, material.young_modulus, material.shear_modulus)
+            law += material.stiffness_damping * (self.stiffness(x) - shape)
         return self._limp(self.given.put(law, self.given.damping, x))
 
-    def branch(self, x: Floats) -> Floats:
-        """Return the stiffness (…, 6) of the Maxwell branch, laid out as the stiffness."""
+    def coupling(self, x: Floats) -> Floats:
+        """Return (…, 6, 6): stiffness between different strains, symmetric, diagonal 0."""
+        x = np.asarray(x, dtype=float)
+        out = np.zeros((*x.shape, 6, 6))
+        for (i, j), profile in self.given.coupling.items():
+            out[..., i, j] = out[..., j, i] = profile(x)
+        return out
+
+    def laws(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return H, Γ and the stiffness of the Maxwell branch as matrices (…, 6, 6).
+
+        H is without what the fibres of a law contribute.
+        """
+        stiffness, loss, coupling = self.stiffness(x), self.damping(x), self.coupling(x)
         branch = self.material.maxwell
-        return (branch.ratio if branch else 0.0) * self.stiffness(x)
+        whole = stiffness[..., None] * np.eye(6) + coupling
+        lost = self.material.stiffness_damping * coupling
+        for given in self.given.damping:  # it stands for all the damping of that strain
+            lost[..., given, :] = lost[..., :, given] = 0.0
+        linear = whole.copy()
+        if self.material.law is not None:
+            linear[..., :4, :4] = 0.0
+        damping = loss[..., None] * np.eye(6) + lost
+        return linear, damping, (branch.ratio if branch else 0.0) * whole
 
     def inertia(self, x: Floats) -> Floats:
         """Return (…, 4) per arc length: ρA in kg/m, ρ(I_y + I_z), ρI_y, ρI_z in kg·m.
@@ -161,8 +179,11 @@ def read_section(
     if model.is_limp and section.material.law is not None:
         what = f"a material without a law: a {model.name} has no bending stiffness"
         reader.refuse(what, "material")
-    if section.given.stiffness and section.material.law is not None:
-        reader.refuse("no such key: the law of the material says how stiff it is", "stiffness")
+    for key in ("stiffness", "coupling"):
+        if section.material.law is not None:
+            reader.no_effect(key, "the law of the material says how stiff it is")
+    if model.is_limp:
+        reader.no_effect("coupling", f"a {model.name} has no bending stiffness")
     _check_representable(reader, section, strains)
     return section
 
@@ -189,7 +210,23 @@ def _check_representable(reader: Reader, section: Section, strains: tuple[str, .
                 hint = " (give shear_correction)" if name.startswith("shear") else ""
                 expected = f"a {name} stiffness > 0 and finite, it is {value:g}{hint}"
                 reader.refuse(expected, "cross_section")
+    _check_coupling(reader, section, strains, places)
     tilt, turn = section.model.rotary
     inertia = inertia[:, [True, turn, tilt, tilt]]
     if not (np.all(inertia > np.finfo(float).tiny) and np.all(np.isfinite(inertia))):
         reader.refuse("a mass and inertia per length > 0 and finite", "cross_section")
+
+
+def _check_coupling(
+    reader: Reader, section: Section, strains: tuple[str, ...], places: Floats
+) -> None:
+    """Refuse couplings with which some combination of active strains would not resist."""
+    if not section.given.coupling:
+        return
+    own = [STRAINS.index(strain) for strain in strains]
+    size = 1.0 / np.sqrt(section.stiffness(places)[:, own])
+    whole = section.laws(places)[0][:, own][:, :, own] * size[:, :, None] * size[:, None, :]
+    least = np.linalg.eigvalsh(whole)[:, 0]
+    if least.min() <= 1e-12:
+        where = f"it is not at s = {places[least.argmin()] * section.length:g} m"
+        reader.refuse(f"a stiffness matrix that is positive definite ({where})", "coupling")

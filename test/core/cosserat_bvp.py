@@ -22,9 +22,14 @@ def solve_rod(
 ):
     """Return tip position (3,) and tip rotation matrix of a rod clamped at the origin along x.
 
-    stiffness (6,) or stiffness(s) -> (6,), and strain0(s) -> (6,) of [K, Γ]; loads in world axes,
-    density_force in N/m, a constant or a function density_force(s).
+    stiffness (6,) or (6, 6), or a function of s, and strain0(s) -> (6,) of [K, Γ]; loads in world
+    axes, density_force in N/m, a constant or a function density_force(s).
     """
+
+    def compliance(x):
+        values = np.asarray(law(x), dtype=float)
+        return np.linalg.inv(values) if values.ndim == 2 else np.diag(1.0 / values)
+
     body = density_force if callable(density_force) else lambda s: density_force
     law = stiffness if callable(stiffness) else lambda s: stiffness
     force, moment = np.asarray(tip_force, dtype=float), np.asarray(tip_moment, dtype=float)
@@ -34,10 +39,10 @@ def solve_rod(
         turn = Rotation.from_quat(quaternion.T).as_matrix().transpose(1, 2, 0)
         m, n = y[7:10], y[10:13]
         rest = np.array([strain0(x) for x in s]).T
-        hr, hd = np.split(np.array([law(x) for x in s]).T, 2)
         weight = np.array([body(x) for x in s], dtype=float).T
-        curvature = np.einsum("jik,jk->ik", turn, m) / hr + rest[:3]
-        stretch = np.einsum("jik,jk->ik", turn, n) / hd + rest[3:]
+        own = np.vstack([np.einsum("jik,jk->ik", turn, x) for x in (m, n)])
+        strain = np.einsum("kij,jk->ik", np.array([compliance(x) for x in s]), own) + rest
+        curvature, stretch = strain[:3], strain[3:]
         tangent = np.einsum("ijk,jk->ik", turn, stretch)
         x, yq, z, w = quaternion
         kx, ky, kz = curvature

@@ -9,7 +9,8 @@ from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.link import Modes
+from soft_sim_ros.core.link_modes import Modes
+from soft_sim_ros.core.moments import concentrated
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.statics import equilibrium
 from soft_sim_ros.errors import SceneError
@@ -27,7 +28,6 @@ MATERIAL = {"m": {"young_modulus": E, "shear_modulus": E / 2.6, "density": RHO}}
 def link(name="link", strains=("bend_y", "bend_z"), **more):
     return {
         "flexible_link": name, "strains": list(strains), "sections": [STRIP], "modes": 4,
-        "nodes": 12,
     } | more  # fmt: skip
 
 
@@ -107,7 +107,7 @@ def test_a_held_tip_and_a_mass_there_change_the_modes():
 
 def test_generalised_newton_euler_model_is_that_of_the_paper():
     """𝓙 of (3.31) and the bias of (3.33), misprints mended, at a bent and fast state."""
-    scene = document([{"joint": "base", "kind": "free"}, link(nodes=16)])
+    scene = document([{"joint": "base", "kind": "free"}, link()])
     dynamics = Dynamics(scene_of(scene))
     rng = np.random.default_rng(1)
     omega, speed = rng.normal(size=(2, 3)) * 3.0
@@ -206,7 +206,7 @@ def test_chain_of_links_obeys_newton_point_by_point():
 def test_tangents_are_derivatives():
     bodies = [
         {"joint": "b", "kind": "spherical"},
-        link(strains=["torsion", "bend_y", "bend_z"], modes=5, nodes=5),
+        link(strains=["torsion", "bend_y", "bend_z"], modes=5),
         {"rigid_body": "p", "mass": 1.0, "inertia": [1, 1, 1]},
     ]
     dynamics = Dynamics(scene_of(document(bodies, gravity=[1, 2, -9])))
@@ -302,12 +302,18 @@ def test_sampled_frames_lie_on_the_deformed_link():
     initial = {"positions": {"link": [0.02] * 4}}
     simulation = Simulation(scene_of(document([link()], initial=initial)))
     poses = simulation.sampler(9).poses()
+    nodes = simulation.compiled.chain.links["link"].rest[:, 0]
     for s, pose in zip(np.linspace(0, LENGTH, 9), poses, strict=True):
-        expected = np.array([s, 0.0, 0.0])
+        expected, turn = np.array([s, 0.0, 0.0]), np.zeros(3)
         for axis, root, sign in SORTED:
-            expected[axis] += 0.02 * sign * beam(root, s / LENGTH)[0]
+            shape, slope = beam(root, s / LENGTH)
+            expected[axis] += 0.02 * sign * shape
+            turn[3 - axis] += (1 if axis == 1 else -1) * 0.02 * sign * slope / LENGTH
         # one exponential for shift and turn: θ² d/12 off, between nodes d apart
-        np.testing.assert_allclose(pose[:3], expected, atol=1.5e-4)
+        apart = np.abs(nodes - s).min()
+        assert np.abs(pose[:3] - expected).max() < 1.1 * turn @ turn * apart / 12 + 1e-6
+        found = Rotation.from_quat(pose[3:]).as_rotvec()
+        np.testing.assert_allclose(found, turn, atol=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -325,3 +331,69 @@ def test_sampled_frames_lie_on_the_deformed_link():
 def test_bad_links_are_refused(more, message):
     with pytest.raises(SceneError, match=message):
         parse_scene(yaml.safe_dump(document([link() | more])))
+
+
+# -- few masses for many -------------------------------------------------------------------
+
+
+def test_concentrated_masses_of_a_uniform_bar_and_of_polynomials():
+    """3/4 of a bar at 2/3 of its length; where no function has a mean, the rule of Gauss."""
+    x, w = np.polynomial.legendre.leggauss(20)
+    mass, at = concentrated(0.5 * (x[:, None] + 1.0), 0.5 * w, x)
+    np.testing.assert_allclose([mass, at[:, 0]], [[0.75], [2 / 3]], rtol=1e-14)
+    basis = [np.polynomial.legendre.Legendre.basis(i)(x) for i in (1, 2, 3)]
+    mass, at = concentrated(np.stack(basis, axis=1), w, x)
+    points, weights = np.polynomial.legendre.leggauss(4)
+    np.testing.assert_allclose(at[:, 0], points, atol=1e-14)
+    np.testing.assert_allclose(mass, weights, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("more", "most"),
+    [
+        ({"modes": {"bend_y": 5, "bend_z": 5}}, 6),
+        ({"modes": {"torsion": 2, "bend_y": 2, "bend_z": 4}, "tip": "pinned",
+          "strains": ["torsion", "bend_y", "bend_z"]}, 8),
+        ({"modes": 12, "strains": ["torsion", "bend_y", "bend_z", "stretch"], "sections": [
+            STRIP | {"cross_section": {"shape": "circle", "radius": [0.02, 0.004]}},
+            STRIP | {"name": "t", "length": 0.5 * LENGTH,
+                     "cross_section": {"shape": "rectangle", "width_y": 0.004, "width_z": 0.01}},
+        ]}, 13),
+    ],
+)  # fmt: skip
+def test_few_masses_have_all_integrals_of_the_modes(more, most):
+    """Every integral of (3.31), (3.33), by a rule of 60 points a section, to round-off."""
+    document_ = document([link(**more)])
+    body = parse_scene(yaml.safe_dump(document_)).bodies[0]
+    modes, dynamics = Modes(body), Dynamics(scene_of(document_))
+    (own,) = dynamics.compiled.chain.links.values()
+    lumps = dynamics.model.inertia
+    assert len(own.nodes) - 2 <= most
+    x, w = np.polynomial.legendre.leggauss(60)
+    total = []
+    for section, begin in zip(body.rod.sections, body.rod.boundaries, strict=False):
+        s = 0.5 * (x + 1.0)
+        density = section.inertia(s) * (0.5 * w * section.length)[:, None]
+        total.append((begin + s * section.length, density))
+    s, inertia = (np.concatenate(parts) for parts in zip(*total, strict=True))
+    turn, shift = modes.fields(s)
+
+    def table(fields, mass):
+        """Return ∫ f fᵀ dm, 1 among the f, over the sizes of the f."""
+        f = np.column_stack([np.ones(len(mass)), *fields])
+        found = f.T @ (mass[:, None] * f)
+        return found
+
+    exact = table([s, shift.reshape(len(s), -1)], inertia[:, 0])
+    few = table([own.rest[:, 0], own.shift.reshape(len(own.rest), -1)], lumps[own.nodes, 0])
+    size = np.sqrt(np.outer(np.diag(exact), np.diag(exact))) + 1e-300
+    assert np.abs((few - exact) / size).max() < 1e-10
+    # rotary inertia: the Jacobian of the nodes at rest says how they turn
+    turning = dynamics.jacobians(np.zeros(dynamics.n), np.zeros(dynamics.n))[0][:, :3]
+    for axis in range(3):
+        rotary = body.rotary_inertia
+        exact = table([turn[:, axis] * rotary], inertia[:, 1 + axis])
+        few = table([turning[:, axis]], lumps[:, 1 + axis])
+        size = np.sqrt(np.outer(np.diag(exact), np.diag(exact))) + 1e-300
+        assert np.abs((few - exact) / size).max() < 1e-10
+    assert lumps.min() >= 0.0

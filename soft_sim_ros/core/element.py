@@ -1,0 +1,127 @@
+"""Pieces of a rod with smooth data: their coordinates, their steps, their stiffness."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ..scene import Basis, Section
+from ..scene.strains import STRAINS
+from .bases import ElementBasis, get_basis
+from .model import Floats
+from .quadrature import composite, gauss
+from .segments import Segment, project_linear
+
+
+@dataclass
+class Element:
+    """A piece of a section with smooth data, and the coordinates that bend it."""
+
+    section: Section
+    section_span: tuple[float, float]  # arc lengths in the rod, m
+    span: tuple[float, float]
+    ends: Floats  # element ends of the section, m
+    basis: Basis
+    columns: list[tuple[int, int, int]]  # component, first coordinate, count
+    first_segment: int
+    winding: float = 0.0  # of tendons about it, rad/m
+
+    @property
+    def nodes(self) -> int:
+        """Gauss–Lobatto nodes along the element."""
+        if self.basis.nodes:
+            return self.basis.nodes
+        begin, end = self.span
+        s = np.linspace(begin, end, 101)
+        turn = float(np.linalg.norm(self.section.strain0(self.normalised(s))[:, :3], axis=1).max())
+        length = end - begin
+        pieces = len(self.marks(begin, end)) - 1
+        return default_nodes(self.basis, turn * length, self.winding * length) + pieces - 1
+
+    def marks(self, begin: float, end: float) -> list[float]:
+        """Return two arc lengths, and between them those where the section is not smooth."""
+        if not self.section.knots:
+            return [begin, end]
+        first, last = self.section_span
+        knots = first + (last - first) * np.array(self.section.knots)
+        slack = 1e-9 * (last - first)
+        inner = knots[(knots > begin + slack) & (knots < end - slack)]
+        return [begin, *inner.tolist(), end]
+
+    def values(self, component_columns: tuple[int, int, int], s: Floats) -> Floats:
+        """Return basis values (len(s), count) of one strain at arc lengths s of the rod."""
+        component, _, _ = component_columns
+        rule = get_basis(self.basis.kind)
+        if isinstance(rule, ElementBasis):
+            begin, end = self.span
+            t = (2.0 * s - begin - end) / (end - begin)
+            return rule.values(self.basis.order[STRAINS[component]], t)
+        return rule.values(self.ends, s)
+
+    def normalised(self, s: Floats) -> Floats:
+        """Return section coordinates x ∈ [0, 1] of arc lengths of the rod."""
+        begin, end = self.section_span
+        return np.clip((s - begin) / (end - begin), 0.0, 1.0)
+
+    def step(self, begin: float, end: float) -> Segment:
+        """Return the fourth-order Magnus step between two arc lengths inside the element."""
+        h = end - begin
+        segment = Segment(
+            half=0.5 * h,
+            kappa=math.sqrt(3.0) * h * h / 12.0,
+            xi0=project_linear(
+                lambda s: self.section.strain0(self.normalised(s)), self.marks(begin, end)
+            ),
+            span=(begin, end),
+        )
+        for columns in self.columns:
+            _, first, count = columns
+            phi = project_linear(partial(self.values, columns), (begin, end))
+            segment.entries += [
+                (first + j, columns[0], phi[0, j], phi[1, j])
+                for j in range(count)
+                if phi[0, j] != 0.0 or phi[1, j] != 0.0
+            ]
+        return segment
+
+
+def default_nodes(basis: Basis, turn: float = 0.0, winding: float = 0.0) -> int:
+    """Return Gauss–Lobatto nodes for an element whose reference shape turns by ``turn`` rad.
+
+    Enough that segments, not more, limit the basis for strains of up to half a turn per element
+    (docs/theory.md has the measured errors), at least three segments per radian of reference, and
+    of those that tendons wind about it, ``winding`` rad, as many as ports.WINDING wants.
+    """
+    least = max(basis.order.values(), default=0) + 5
+    return max(least, 1 + math.ceil(3.0 * turn), 1 + math.ceil(1.25 * winding))
+
+
+def block_matrices(elements: list[Element], count: int) -> tuple[Floats, Floats, Floats]:
+    """Return ∫ Φᵀ H Φ ds (the linear part), ∫ Φᵀ Γ Φ ds and that of the branch (count, count).
+
+    Exact where stiffness and damping are piecewise polynomials of degree 8 at most.
+    """
+    matrices = np.zeros((3, count, count))
+    base = min((c[1] for c in elements[0].columns), default=0)
+    for element in elements:
+        begin, end = element.span
+        top = max((c[2] for c in element.columns), default=1)
+        s, w = composite(gauss(top + 5), element.marks(begin, end))
+        section, at = element.section, element.normalised(s)
+        laws = np.stack(section.laws(at))
+        phis = [element.values(columns, s) for columns in element.columns]
+        for i, (row, first, number) in enumerate(element.columns):
+            own = slice(first - base, first - base + number)
+            for j, (column, other, size) in enumerate(element.columns[: i + 1]):
+                law = w[:, None] * laws[:, :, row, column, None]
+                if not law.any():
+                    continue
+                far = slice(other - base, other - base + size)
+                part = phis[i].T @ (law * phis[j])
+                matrices[:, own, far] += part
+                if i != j:
+                    matrices[:, far, own] += part.transpose(0, 2, 1)
+    return matrices[0], matrices[1], matrices[2]
