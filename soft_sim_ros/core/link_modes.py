@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 
 from ..scene import Basis, FlexibleLink
 from . import se3
