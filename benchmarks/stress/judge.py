@@ -12,6 +12,7 @@ from soft_sim_ros.core.model import Floats
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.errors import EnergyGained, Inaccurate, SolverError
 
+from .passivity import Passivity, by_discrete_gradient
 from .scenes import LENGTH, STEPS, Case
 
 LIMIT = 0.1  # a run whose estimate is beyond this part of the length is refused
@@ -19,24 +20,30 @@ LIMIT = 0.1  # a run whose estimate is beyond this part of the length is refused
 FROM_NOWHERE = 0.1
 
 
-def judge(case: Case, checked: bool) -> dict[str, Any]:
-    """Run a case with its own estimate of its error; ``checked``: compare it with refined runs."""
+def judge(case: Case, checked: bool, by_gradient: bool = False) -> dict[str, Any]:
+    """Run a case with its own estimate of its error.
+
+    ``checked``: compare it with refined runs; ``by_gradient``: run it by the discrete gradient too.
+    """
     begin = time.perf_counter()
     entry: dict[str, Any] = case.as_dict() | {
         "real": case.real(), "outcome": "accurate", "why": None, "time_of_refusal": None,
         "estimate_rel": None, "difference_rel": None, "hidden_rel": None, "gained_rel": None,
-        "ledger_gain_rel": None,
+        "ledger_gain_rel": None, "passivity_rel": None,
         "error_rel": None, "reference_rel": None,
+        "gradient_outcome": None, "gradient_balance_rel": None, "gradient_passivity_rel": None,
     }  # fmt: skip
-    pair = None
+    pair = passivity = None
     try:
         simulation = Simulation(case.scene())
         sampler = simulation.sampler(2)
-        pair = Estimated(simulation, LIMIT)
+        pair, passivity = Estimated(simulation, LIMIT), Passivity(simulation.ledger()[:3])
         tip = np.zeros((STEPS, 3))
         for n, row in enumerate(case.efforts()):
             simulation.set_efforts(row)
             simulation.advance(1)
+            ledger = simulation.ledger()
+            passivity.look(ledger[:3], float(ledger[3:5].sum()), float(ledger[5]))
             pair.follow(1)
             tip[n] = sampler.poses()[-1, :3]
         if pair.gained_rel > FROM_NOWHERE:
@@ -49,6 +56,10 @@ def judge(case: Case, checked: bool) -> dict[str, Any]:
         entry["estimate_rel"] = pair.error_rel
         for key in ("difference_rel", "hidden_rel", "gained_rel", "ledger_gain_rel"):
             entry[key] = getattr(pair, key)
+    if passivity is not None:
+        entry["passivity_rel"] = passivity.rel
+    if by_gradient:
+        entry |= by_discrete_gradient(case)
     if checked:
         entry |= compare(case, tip)
         # a reference is known no better than by its own refinement

@@ -76,9 +76,10 @@ def build_chain(scene: Scene) -> Chain:
             cuts[load.body] |= {load.start, load.end}
     for actuator in scene.actuators:
         if isinstance(actuator, Path):
-            cuts[actuator.rod] |= {actuator.start, actuator.end}
-            s = np.linspace(actuator.start, actuator.end, 101)
-            turning[actuator.rod] = max(turning[actuator.rod], float(winding(actuator, s).max()))
+            for stretch in actuator.stretches:
+                cuts[stretch.rod] |= {stretch.start, stretch.end}
+                s = np.linspace(stretch.start, stretch.end, 101)
+                turning[stretch.rod] = max(turning[stretch.rod], float(winding(stretch, s).max()))
     chain = Chain()
     for body in scene.bodies:
         if isinstance(body, Rod):

@@ -9,9 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import NewtonFailed
+from ..errors import Diverged, NewtonFailed
 from ..scene import Scene
+from . import se3
 from .dynamics import Dynamics
+from .kernels import charts
+from .kernels.advance import REACH
+from .kernels.newton import CONVERGED, REASONS, TOO_FAR, admissible
 from .model import Floats
 from .port_hamiltonian import PortHamiltonian
 
@@ -53,7 +57,8 @@ class DiscreteGradient:
     loads their force at the midpoint times Δq, damping takes Δqᵀ R Δq / h ≥ 0: so no step can
     make energy, however long it is, and Property 1.1 holds for the discrete motion. Second order,
     symmetric. Loads are taken in the middle of a step; one that switches within it is not hit
-    exactly. Dense linear algebra: for some dozens of coordinates.
+    exactly. Between steps rotation vectors change their chart as in ``Simulation``. Dense linear
+    algebra: for some dozens of coordinates.
     """
 
     def __init__(
@@ -64,8 +69,8 @@ class DiscreteGradient:
     ) -> None:
         self.system = system if isinstance(system, PortHamiltonian) else PortHamiltonian(system)
         n = self.system.n
-        self.q = np.zeros(n) if q is None else np.array(q, dtype=np.float64)
-        self.p = np.zeros(n) if v is None else self.system.momentum(self.q, np.asarray(v))
+        self.q = _checked("q", q, n).copy()
+        self.p = self.system.momentum(self.q, _checked("v", v, n))
         self.time = 0.0
         self.balance = Balance(0.0, 0.0, 0.0)
         self._energy = self.system.hamiltonian(self.q, self.p)
@@ -78,17 +83,23 @@ class DiscreteGradient:
     def step(self, h: float, efforts: Floats | None = None, tau: Floats | None = None) -> Balance:
         """Advance by h in s with efforts (A,) and generalised forces tau (n,) held.
 
-        A step that Newton's method cannot make is cut in half, up to ``CUTS`` times.
+        A step that Newton's method cannot make is cut in half, up to ``CUTS`` times. A step back
+        (h < 0) undoes one forward.
 
         Raises
         ------
-        NewtonFailed
-            if that does not help; the state is that of the last good piece.
+        NewtonFailed, Diverged
+            if that does not help: no solution, or one that is no motion; the state is that of the
+            last good piece.
+        ValueError
+            if h is 0, or something is not finite or not as long as it should be
         """
-        u = np.zeros(self.system.dynamics.actuators) if efforts is None else efforts
-        force = np.zeros(self.system.n) if tau is None else tau
+        if not (np.isfinite(h) and h != 0.0):
+            raise ValueError(f"h = {h!r} s: expected a finite number other than 0")
+        u = _checked("efforts", efforts, self.system.dynamics.actuators)
+        force = _checked("tau", tau, self.system.n)
         before = self.balance
-        self._advance(h, np.asarray(u, dtype=float), np.asarray(force, dtype=float), CUTS)
+        self._advance(h, u, force, CUTS)
         return Balance(*(a - b for a, b in zip(self.balance, before, strict=True)))
 
     def _advance(self, h: float, efforts: Floats, tau: Floats, cuts: int) -> None:
@@ -96,9 +107,12 @@ class DiscreteGradient:
         try:
             move = problem.solve()
             q, p, energy = problem.end(move)
-        except (NewtonFailed, np.linalg.LinAlgError):
+            problem.check(move)
+        except (NewtonFailed, Diverged, np.linalg.LinAlgError) as failure:
             if cuts == 0:
-                raise
+                if not isinstance(failure, np.linalg.LinAlgError):
+                    raise
+                raise NewtonFailed(self.time, ITERATIONS, np.inf, TOLERANCE) from failure
             for _ in range(2):
                 self._advance(0.5 * h, efforts, tau, cuts - 1)
             return
@@ -112,6 +126,27 @@ class DiscreteGradient:
         self.balance = Balance(*(a + b for a, b in zip(self.balance, one, strict=True)))
         self.q, self.p, self._energy = q, p, energy
         self.time += h
+        self._change_charts()
+
+    def _change_charts(self) -> None:
+        """Shorten rotation vectors beyond charts.LONGEST: other numbers, one motion.
+
+        Momenta are covectors: p stays the same linear form, p′ = M(q′) q̇′.
+        """
+        long = [
+            turn
+            for first in self.system.dynamics.model.chart
+            if np.linalg.norm(self.q[turn := slice(first, first + 3)]) > charts.LONGEST
+        ]
+        if not long:
+            return
+        q, v = self.q.copy(), self.v
+        for turn in long:
+            spin = _rotation_tangent(q[turn]) @ v[turn]
+            q[turn] *= 1.0 - 2.0 * np.pi / np.linalg.norm(q[turn])
+            v[turn] = np.linalg.solve(_rotation_tangent(q[turn]), spin)
+        self.q, self.p = q, self.system.momentum(q, v)
+        self._energy = self.system.hamiltonian(self.q, self.p)
 
 
 class _Step:
@@ -147,6 +182,16 @@ class _Step:
         mean = self.dynamics.mass_matrix(self.q + 0.5 * move) @ move / self.h
         q, p = self.q + move, 2.0 * mean - self.p
         return q, p, self.system.hamiltonian(q, p)
+
+    def check(self, move: Floats) -> None:
+        """Refuse a solution that is no motion: rods crushed or turned over, or a jump too far."""
+        status = TOO_FAR
+        if np.all(np.abs(move) * self.dynamics.model.weight <= REACH):
+            data = self.dynamics.forcing()
+            self.dynamics.residual(self.q + move, self._zero, self._zero, data)
+            status = admissible(self.dynamics.model, data)
+        if status != CONVERGED:
+            raise Diverged(self.time, REASONS[status])
 
     def equation(self, move: Floats) -> tuple[Floats, Floats]:
         """Return the left-hand side (n,) and its derivative (n, n), but for small terms.
@@ -199,7 +244,7 @@ class _Step:
     def solve(self) -> Floats:
         """Return Δq (n,), by Newton's method with Anderson's mixing for what its matrix lacks."""
         weight = self.dynamics.model.weight
-        move: Floats = np.zeros(len(self.q))
+        move = self.h * self.system.velocity(self.q, self.p)
         moves: list[Floats] = []
         changes: list[Floats] = []
         found: list[tuple[float, Floats]] = []
@@ -227,6 +272,19 @@ class _Step:
             changes.append(change)
             move = _mixed(moves[-DEPTH:], changes[-DEPTH:], weight)
         raise NewtonFailed(self.time, made, size, TOLERANCE)
+
+
+def _checked(name: str, value: Floats | None, size: int) -> Floats:
+    """Return an argument as finite numbers (size,), zeros by default."""
+    array = np.zeros(size) if value is None else np.asarray(value, dtype=np.float64)
+    if array.shape != (size,) or not np.isfinite(array).all():
+        raise ValueError(f"{name} must be {size} finite numbers, not {value!r}")
+    return array
+
+
+def _rotation_tangent(w: Floats) -> Floats:
+    """Return T(w) (3, 3): T ẇ is the angular velocity in the turned frame."""
+    return se3.right_tangent(np.concatenate([w, np.zeros(3)]))[:3, :3]
 
 
 def _mixed(moves: list[Floats], changes: list[Floats], weight: Floats) -> Floats:

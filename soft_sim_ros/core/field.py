@@ -242,9 +242,9 @@ def _actuation(
         elif isinstance(actuator, Routed):
             if isinstance(actuator, ChamberActuator):
                 size = -size * actuator.area  # pressure pushes where a tendon pulls
-            if actuator.rod == rod and actuator.start < middle < actuator.end:
-                d = actuator.offset(s)
-                along = strain[:, 3:] + np.cross(strain[:, :3], d) + actuator.slope(s)
+            if stretch := actuator.along(rod, middle):
+                d = stretch.offset(s)
+                along = strain[:, 3:] + np.cross(strain[:, :3], d) + stretch.slope(s)
                 pull = size * along / np.linalg.norm(along, axis=1, keepdims=True)
                 out += np.concatenate([np.cross(d, pull), pull], axis=1)
     return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 from ..errors import SceneError
 from ..scene import ChamberActuator, JointActuator, MomentActuator, Scene, TendonActuator
 from ..scene.strains import STRAINS
+from ..scene.tendon import Stretch
+from . import se3
 from .arrays import floats, ints
 from .chain import Chain
 from .model import Floats
@@ -40,6 +43,8 @@ def flat_ports(scene: Scene, chain: Chain) -> dict[str, NDArray[Any]]:
         if isinstance(actuator, Path):
             _check_winding(scene, chain, i, actuator)
     rest = floats([_rest_length(chain, path) for path in paths])
+    # what a tendon stretches by is all of it, also what lies between its rods and never changes
+    whole = rest + [_between(chain, actuator) for actuator in actuators]
     friction, winch = np.zeros((len(actuators), 3)), np.zeros((len(actuators), 2))
     gain, columns = np.zeros(len(actuators)), [0]
     for i, actuator in enumerate(actuators):
@@ -48,7 +53,7 @@ def flat_ports(scene: Scene, chain: Chain) -> dict[str, NDArray[Any]]:
             gain[i] = actuator.area
         if isinstance(actuator, TendonActuator):
             gain[i] = -1.0
-            winch[i] = actuator.axial_stiffness / rest[i], actuator.axial_damping / rest[i]
+            winch[i] = actuator.axial_stiffness / whole[i], actuator.axial_damping / whole[i]
             count += actuator.control == "length"
             if actuator.friction:
                 friction[i] = actuator.friction, actuator.slip_speed, STRAIGHT / rest[i]
@@ -100,13 +105,28 @@ def _path(chain: Chain, actuator: object) -> list[tuple[int, Floats]]:
     if not isinstance(actuator, Path):
         return []
     pieces = []
-    for k, segment in chain.rod_segments(chain.rods[actuator.rod]):
-        begin, end = segment.span
-        if actuator.start < 0.5 * (begin + end) < actuator.end:
-            s = begin + (end - begin) * GAUSS2
-            rows = [actuator.offset(s), actuator.slope(s), actuator.curvature(s)]
-            pieces.append((k, np.stack(rows, axis=1)))
+    for stretch in actuator.stretches:
+        for k, segment in chain.rod_segments(chain.rods[stretch.rod]):
+            begin, end = segment.span
+            if stretch.start < 0.5 * (begin + end) < stretch.end:
+                s = begin + (end - begin) * GAUSS2
+                rows = [stretch.offset(s), stretch.slope(s), stretch.curvature(s)]
+                pieces.append((k, np.stack(rows, axis=1)))
     return pieces
+
+
+def _between(chain: Chain, actuator: object) -> float:
+    """Return the length in m of the straight pieces of a path from rod to rod, which is fixed."""
+    if not isinstance(actuator, Path):
+        return 0.0
+    total = 0.0
+    for one, other in itertools.pairwise(actuator.stretches):
+        pose = np.eye(4)
+        for k in range(chain.rods[one.rod].last_node, chain.rods[other.rod].first_node):
+            pose = pose @ se3.exp(chain.segments[k].xi0[0])
+        ahead = pose[:3, :3] @ other.offset(np.array(other.start)) + pose[:3, 3]
+        total += float(np.linalg.norm(ahead - one.offset(np.array(one.end))))
+    return total
 
 
 def _rest_length(chain: Chain, path: list[tuple[int, Floats]]) -> float:
@@ -125,27 +145,30 @@ def _blocks(chain: Chain, path: list[tuple[int, Floats]]) -> int:
     return len({int(np.searchsorted(starts, k, side="right")) for k, _ in path})
 
 
-def winding(actuator: Path, s: Floats) -> Floats:
+def winding(stretch: Stretch, s: Floats) -> Floats:
     """Return by how much a path winds about the backbone at arc lengths s (N,), rad/m.
 
     Close to the axis a path turns fast and moves little: there it counts by how far it goes.
     """
-    d, slope = actuator.offset(s)[:, 1:], actuator.slope(s)[:, 1:]
+    d, slope = stretch.offset(s)[:, 1:], stretch.slope(s)[:, 1:]
     reach = np.maximum(np.linalg.norm(d, axis=1), 0.1 * np.linalg.norm(d, axis=1).max() + 1e-150)
     return np.asarray(np.abs(d[:, 0] * slope[:, 1] - d[:, 1] * slope[:, 0]) / reach**2)
 
 
 def _check_winding(scene: Scene, chain: Chain, index: int, actuator: Path) -> None:
     """Refuse a path that winds about the backbone faster than the nodes of its rod can see."""
-    for _, segment in chain.rod_segments(chain.rods[actuator.rod]):
-        begin, end = segment.span
-        if not actuator.start < 0.5 * (begin + end) < actuator.end:
-            continue
-        turn = float(winding(actuator, np.linspace(begin, end, 9)).mean()) * (end - begin)
+    segments = [
+        (stretch, segment.span)
+        for stretch in actuator.stretches
+        for _, segment in chain.rod_segments(chain.rods[stretch.rod])
+        if stretch.start < 0.5 * sum(segment.span) < stretch.end
+    ]
+    for stretch, (begin, end) in segments:
+        turn = float(winding(stretch, np.linspace(begin, end, 9)).mean()) * (end - begin)
         if turn > WINDING:
             kind = "chamber" if isinstance(actuator, ChamberActuator) else "tendon"
             expected = (
                 f"a path that winds by less than {WINDING:g} rad from node to node, here {turn:.3g}"
-                f" (more nodes or elements in numerics.rods.{actuator.rod} resolve it)"
+                f" (more nodes or elements in numerics.rods.{stretch.rod} resolve it)"
             )
             raise SceneError(scene.file, f"actuators[{index}].{kind}", actuator.name, expected)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
-from soft_sim_ros.scene.body import ROUNDING, Body, Rod
+from soft_sim_ros.scene.body import ROUNDING, Body, RigidBody, Rod
 from soft_sim_ros.scene.interval import ANY, FINITE, NONNEGATIVE, POSITIVE, Interval
 from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.reader import Reader
-from soft_sim_ros.scene.tendon import PATHS, Path, Routed, read_path, read_points
+from soft_sim_ros.scene.tendon import PATHS, Lane, Routed, Stretch, read_path, read_points
 
 ANGULAR = ("torsion", "bend_y", "bend_z")
 LIMITS = ("limits", "safe")
@@ -57,7 +58,7 @@ class JointActuator:
 
 @dataclass(frozen=True)
 class TendonActuator(Routed):
-    """A tendon, fixed at arc length ``end`` of a rod and pulled where it enters, at ``start``.
+    """A tendon, fixed where its path ends and pulled where it enters, at the start of the path.
 
     Its port velocity is the rate at which the tendon inside the rod gets shorter, in m/s, its
     effort the tension at the entry in N. A command is that tension (``control`` tension), or by
@@ -111,9 +112,9 @@ def read_actuators(entries: list[Reader], bodies: tuple[Body, ...]) -> tuple[Act
         elif kind in ("joint_torque", "joint_force"):
             actuators.append(_read_joint_actuator(reader, kind, name, joints))
         elif kind == "tendon":
-            actuators.append(_read_tendon(reader, name, rods))
+            actuators.append(_read_tendon(reader, name, bodies))
         else:
-            actuators.append(_read_chamber(reader, name, rods))
+            actuators.append(_read_chamber(reader, name, bodies))
     return tuple(actuators)
 
 
@@ -142,10 +143,9 @@ def _read_joint_actuator(
     return JointActuator(name, *_read_limits(reader), joint.name, axis, unit)
 
 
-def _read_tendon(reader: Reader, name: str, rods: dict[str, Rod]) -> TendonActuator:
-    reader.only("tendon", "rod", *ROUTE, "control", *TENDON, *LIMITS)
-    rod = rods[reader.reference("rod", rods, "rod")]
-    start, end, path = _read_route(reader, rod)
+def _read_tendon(reader: Reader, name: str, bodies: tuple[Body, ...]) -> TendonActuator:
+    reader.only("tendon", "rod", "rods", *ROUTE, "control", *TENDON, *LIMITS)
+    stretches = _read_route(reader, _read_lane(reader, bodies))
     control = reader.choice("control", ("tension", "length"), default="tension")
     if control == "length":
         stiffness = reader.number("axial_stiffness", POSITIVE)
@@ -161,43 +161,71 @@ def _read_tendon(reader: Reader, name: str, rods: dict[str, Rod]) -> TendonActua
         reader.no_effect("slip_speed", "it is for a tendon with friction")
     slip_speed = reader.number("slip_speed", POSITIVE, default=SLIP_SPEED)
     return TendonActuator(
-        name, limits, safe, rod.name, start, end, path,
+        name, limits, safe, stretches,
         control, stiffness, damping, friction, slip_speed,
     )  # fmt: skip
 
 
-def _read_chamber(reader: Reader, name: str, rods: dict[str, Rod]) -> ChamberActuator:
-    reader.only("chamber", "rod", "section", *ROUTE, "area", *LIMITS)
-    rod = rods[reader.reference("rod", rods, "rod")]
-    start, end, path = _read_route(reader, rod)
+def _read_chamber(reader: Reader, name: str, bodies: tuple[Body, ...]) -> ChamberActuator:
+    reader.only("chamber", "rod", "rods", "section", *ROUTE, "area", *LIMITS)
+    stretches = _read_route(reader, _read_lane(reader, bodies))
     area = reader.number("area", POSITIVE)
     limits, safe = _read_limits(reader)
-    return ChamberActuator(name, limits, safe, rod.name, start, end, path, area)
+    return ChamberActuator(name, limits, safe, stretches, area)
 
 
-def _read_route(reader: Reader, rod: Rod) -> tuple[float, float, Path]:
-    """Read a path, and from where to where along the rod it runs."""
+def _read_lane(reader: Reader, bodies: tuple[Body, ...]) -> Lane:
+    """Read along which rods a path runs: ``rod``, or ``rods`` that nothing moves against another.
+
+    What joins them is rigid, so the straight piece of path from one to the next has one length.
+    """
+    rods = {body.name: body for body in bodies if isinstance(body, Rod)}
+    if reader.one_of(("rod", "rods"), default="rod") == "rod":
+        return Lane((rods[reader.reference("rod", rods, "rod")],))
+    reader.no_effect("section", "it is for a path along one rod")
+    names = reader.references("rods", rods, "rod")
+    order = [body.name for body in bodies]
+    for one, other in itertools.pairwise(names):
+        between = bodies[order.index(one) + 1 : order.index(other)]
+        moving = [b.name for b in between if not (isinstance(b, RigidBody) or _is_fixed(b))]
+        if order.index(other) < order.index(one):
+            reader.refuse(f"rods in the order of the chain, {other} comes before {one}", "rods")
+        if rods[other].model.is_limp:
+            moving.append(f"the hinge at the start of {other}")
+        if moving:
+            what = f"{', '.join(moving)} moves {other} against {one}"
+            reader.refuse(f"rods that are rigidly joined, but {what}", "rods")
+    return Lane(tuple(rods[name] for name in names))
+
+
+def _is_fixed(body: Body) -> bool:
+    return isinstance(body, Joint) and body.kind == "fixed"
+
+
+def _read_route(reader: Reader, lane: Lane) -> tuple[Stretch, ...]:
+    """Read a path, and from where to where along its rods it runs."""
     if reader.one_of(PATHS) == "points":
         reader.no_effect("section", "the first and the last of the points say where")
-        return read_points(reader, rod)
+        return lane.stretches(*read_points(reader, lane))
     if reader.has("section"):
+        rod = lane.rods[0]
         names = [section.name for section in rod.sections]
         for key in ("start", "end"):
             reader.no_effect(key, "the section says it")
         index = names.index(reader.reference("section", names, "section of the rod"))
         start, end = rod.boundaries[index], rod.boundaries[index + 1]
     else:
-        start, end = read_span(reader, rod)
-    return start, end, read_path(reader, end - start)
+        start, end = read_span(reader, lane)
+    return lane.stretches(start, end, read_path(reader, end - start))
 
 
-def read_arc_length(reader: Reader, key: str, rod: Rod, default: float) -> float:
-    """Read an arc length along a rod in m."""
+def read_arc_length(reader: Reader, key: str, rod: Rod | Lane, default: float) -> float:
+    """Read an arc length along a rod (or rods in a row) in m."""
     inside = Interval(0.0, rod.length * (1.0 + ROUNDING), True, True)
     return rod.snap(reader.number(key, inside, default))
 
 
-def read_span(reader: Reader, rod: Rod) -> tuple[float, float]:
+def read_span(reader: Reader, rod: Rod | Lane) -> tuple[float, float]:
     """Read ``start`` and ``end`` along a rod in m; by default the whole rod."""
     start = read_arc_length(reader, "start", rod, default=0.0)
     end = read_arc_length(reader, "end", rod, default=rod.length)

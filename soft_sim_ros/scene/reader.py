@@ -195,6 +195,22 @@ class Reader:
             self.refuse(f"the name of a {what}, {nearest(name, known)}", key)
         return name
 
+    def references(self, key: str, known: Collection[str], what: str) -> tuple[str, ...]:
+        """Return names of things defined elsewhere in the scene, in the order written."""
+        expected = f"a list of names, each that of a {what}"
+        node = self._find(key, REQUIRED, expected)
+        items = [] if node is None else self._items(node, None, expected, self._at(key))
+        words = [item.value if isinstance(item, yaml.ScalarNode) else "" for item in items]
+        for i, (word, item) in enumerate(zip(words, items, strict=True)):
+            if word not in known:
+                wanted = f"the name of a {what}, {nearest(word, known)}"
+                self._refuse_node(item, f"{self._at(key)}[{i}]", wanted)
+            if word in words[:i]:
+                self._refuse_node(item, f"{self._at(key)}[{i}]", "every name only once")
+        if not words:
+            self.refuse(f"at least one name of a {what}", key)
+        return tuple(words)
+
     def mapping(self, key: str, required: bool = False) -> Reader:
         """Return the reader of a mapping; an absent or empty one reads as ``{}``."""
         node = self._find(key, REQUIRED if required else None, "a mapping (key: value)")

@@ -106,16 +106,18 @@ Path = StraightPath | HelicalPath | TablePath
 
 
 @dataclass(frozen=True)
-class Routed:
-    """An actuator along a path through a rod, from arc length ``start`` to ``end`` in m."""
+class Stretch:
+    """The part of a path that runs along one rod, from arc length ``start`` to ``end`` in m.
 
-    name: str
-    limits: tuple[float, float]
-    safe: float
+    ``first`` and ``last`` are where on the path that is, u in [0, 1].
+    """
+
     rod: str
     start: float
     end: float
     path: Path
+    first: float = 0.0
+    last: float = 1.0
 
     def offset(self, s: Floats) -> Floats:
         """Return where the path runs, d (…, 3) in m in the section frame, d_x = 0."""
@@ -123,26 +125,79 @@ class Routed:
 
     def slope(self, s: Floats) -> Floats:
         """Return d' = dd/ds (…, 3)."""
-        return self.path.slope(self._fraction(s)) / (self.end - self.start)
+        return self.path.slope(self._fraction(s)) * self._rate
 
     def curvature(self, s: Floats) -> Floats:
         """Return d'' (…, 3) in 1/m."""
-        return self.path.curvature(self._fraction(s)) / (self.end - self.start) ** 2
+        return self.path.curvature(self._fraction(s)) * self._rate**2
+
+    @property
+    def _rate(self) -> float:
+        return (self.last - self.first) / (self.end - self.start)
 
     def _fraction(self, s: Floats) -> Floats:
-        return (np.asarray(s, dtype=float) - self.start) / (self.end - self.start)
+        return self.first + (np.asarray(s, dtype=float) - self.start) * self._rate
 
 
-def read_points(reader: Reader, rod: Rod) -> tuple[float, float, TablePath]:
+@dataclass(frozen=True)
+class Routed:
+    """An actuator along a path through one rod, or through several that are rigidly joined."""
+
+    name: str
+    limits: tuple[float, float]
+    safe: float
+    stretches: tuple[Stretch, ...]
+
+    def along(self, rod: str, s: float) -> Stretch | None:
+        """Return the stretch that an arc length of a rod lies in, if any."""
+        for stretch in self.stretches:
+            if stretch.rod == rod and stretch.start < s < stretch.end:
+                return stretch
+        return None
+
+
+@dataclass(frozen=True)
+class Lane:
+    """Rods in a row, as one arc length."""
+
+    rods: tuple[Rod, ...]
+
+    @property
+    def length(self) -> float:
+        """Length of all rods in m."""
+        return sum(rod.length for rod in self.rods)
+
+    def snap(self, s: float) -> float:
+        """Return the section boundary that an arc length means, else the arc length itself."""
+        behind = 0.0
+        for rod in self.rods[:-1]:
+            if s < behind + rod.length * (1.0 - ROUNDING):
+                return behind + rod.snap(s - behind)
+            behind += rod.length
+        return behind + self.rods[-1].snap(s - behind)
+
+    def stretches(self, start: float, end: float, path: Path) -> tuple[Stretch, ...]:
+        """Return the stretches of a path from ``start`` to ``end``."""
+        out, behind = [], 0.0
+        for rod in self.rods:
+            begin, stop = max(start - behind, 0.0), min(end - behind, rod.length)
+            if stop - begin > ROUNDING * rod.length:
+                first, last = ((behind + s - start) / (end - start) for s in (begin, stop))
+                out.append(Stretch(rod.name, begin, stop, path, first, last))
+            behind += rod.length
+        return tuple(out)
+
+
+def read_points(reader: Reader, lane: Lane) -> tuple[float, float, TablePath]:
     """Read ``points``, a list of [s, y, z] in m, s rising; return start, end and the path."""
     for key in ("start", "end"):
         reader.no_effect(key, "the first and the last of the points say it")
     rows = reader.matrix("points", None, 3).reshape(-1, 3)
-    s = np.array([rod.snap(value) for value in rows[:, 0].tolist()])
-    inside = Interval(0.0, rod.length * (1.0 + ROUNDING), True, True)
+    s = np.array([lane.snap(value) for value in rows[:, 0].tolist()])
+    inside = Interval(0.0, lane.length * (1.0 + ROUNDING), True, True)
     if any(value not in inside for value in s):
         reader.refuse(f"points [s, y, z] with every s a {inside}", "points")
-    if len(s) < 2 or np.any(np.diff(s) <= 1e-9 * rod.length):
+    if len(s) < 2 or np.any(np.diff(s) <= 1e-9 * lane.length):
         reader.refuse("at least two points [s, y, z], in the order of rising s", "points")
     start, end = float(s[0]), float(s[-1])
     u = (s - start) / (end - start)

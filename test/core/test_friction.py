@@ -78,7 +78,7 @@ def test_the_wrap_of_a_tendon_in_a_deformed_rod_is_the_angle_its_chords_turn_by(
     q *= 0.5
     along = np.linspace(0.0, LENGTH, 2001)
     poses = Sampler(dynamics.compiled, q, along).poses()
-    offset = dynamics.compiled.scene.actuators[0].offset(along)
+    offset = dynamics.compiled.scene.actuators[0].stretches[0].offset(along)
     points = poses[:, :3] + Rotation.from_quat(poses[:, 3:]).apply(offset)
     chords = np.diff(points, axis=0)
     chords /= np.linalg.norm(chords, axis=1)[:, None]

@@ -91,7 +91,7 @@ def test_equilibria_are_those_of_the_distributed_load_of_the_tendon(route, kind)
 def test_a_table_passes_through_its_points_and_a_table_of_a_line_is_that_line():
     points = [[0.1, 0.02, 0.0], [0.25, 0.02, -0.01], [0.4, 0.0, 0.01], [0.5, 0.01, 0.0]]
     dynamics = rod_with({"tendon": "t", "points": points})
-    (tendon,) = dynamics.compiled.scene.actuators
+    (tendon,) = dynamics.compiled.scene.actuators[0].stretches
     assert (tendon.start, tendon.end) == (0.1, 0.5)
     for s, y, z in points:
         np.testing.assert_allclose(tendon.offset(np.array(s)), [0, y, z], atol=1e-15)

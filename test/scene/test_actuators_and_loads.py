@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import ChamberActuator, Schedule, TendonActuator, parse_scene
 from soft_sim_ros.scene.taper import Taper
-from soft_sim_ros.scene.tendon import HelicalPath, StraightPath, TablePath
+from soft_sim_ros.scene.tendon import HelicalPath, StraightPath, Stretch, TablePath
 
 ROD = """
 materials: {m: {young_modulus: 1e6, poisson_ratio: 0.3, density: 1000}}
@@ -34,7 +34,7 @@ paths = st.one_of(
 
 @given(paths, st.floats(0.01, 0.3), st.floats(0.35, 0.9), st.floats(0, 1))
 def test_slope_is_the_derivative_of_the_offset(path, start, end, fraction):
-    tendon = TendonActuator("t", (0, 1), 0, "arm", start, end, path)
+    tendon = Stretch("arm", start, end, path)
     step = (end - start) * 1e-4
     s = start + fraction * (end - start)
     stencil = tendon.offset(s + step * np.array([-2, -1, 1, 2]))
@@ -52,18 +52,20 @@ def tendon_of(keys: str) -> TendonActuator:
 
 
 def test_straight_tendon_starts_and_ends_where_it_says():
-    tendon = tendon_of("start: 0.1, end: 0.5, offset: {from: [0.01, 0], to: [0, -0.02]}")
+    (tendon,) = tendon_of(
+        "start: 0.1, end: 0.5, offset: {from: [0.01, 0], to: [0, -0.02]}"
+    ).stretches
     assert tendon.offset(np.array([0.1, 0.3, 0.5])) == pytest.approx(
         np.array([[0, 0.01, 0], [0, 0.005, -0.01], [0, 0, -0.02]]), abs=1e-17
     )
 
 
 def test_helix_turns_from_y_towards_z_and_pitch_is_arc_length_per_turn():
-    by_turns = tendon_of("end: 0.4, helix: {radius: 0.01, angle: 0.5, turns: 2}")
-    by_pitch = tendon_of("end: 0.4, helix: {radius: 0.01, angle: 0.5, pitch: 0.2}")
+    (by_turns,) = tendon_of("end: 0.4, helix: {radius: 0.01, angle: 0.5, turns: 2}").stretches
+    (by_pitch,) = tendon_of("end: 0.4, helix: {radius: 0.01, angle: 0.5, pitch: 0.2}").stretches
     s = np.linspace(0, 0.4, 7)
     assert by_pitch.offset(s) == pytest.approx(by_turns.offset(s), abs=1e-17)
-    quarter = tendon_of("end: 0.4, helix: {radius: 0.01, turns: 1}").offset(0.1)
+    quarter = tendon_of("end: 0.4, helix: {radius: 0.01, turns: 1}").stretches[0].offset(0.1)
     assert quarter == pytest.approx(np.array([0, 0, 0.01]), abs=1e-17)
 
 
@@ -80,7 +82,7 @@ def test_arc_lengths_that_mean_a_section_boundary_are_that_boundary():
     # 0.2 + 0.2 + 0.2 is not 0.6; the rod must not get a slice of 1e-16 m there.
     rod = parse_scene(ROD).bodies[0]
     assert rod.length != 0.6
-    assert tendon_of("end: 0.6, offset: [0.01, 0]").end == rod.length
+    assert tendon_of("end: 0.6, offset: [0.01, 0]").stretches[0].end == rod.length
     (load,) = parse_scene(
         f"{ROD}\nloads: [{{point: p, body: arm, s: 0.6, force: [0, 0, 1]}}]"
     ).loads
@@ -176,5 +178,6 @@ def test_units_of_commands_and_a_chamber_may_be_named_by_its_section():
     chamber = "{chamber: c, rod: arm, section: b, offset: [0.01, 0], area: 1e-4}"
     (actuator,) = parse_scene(f"{ROD}\nactuators: [{chamber}]").actuators
     assert isinstance(actuator, ChamberActuator) and actuator.unit == "Pa"
-    assert (actuator.start, actuator.end) == pytest.approx((0.2, 0.4))
+    (stretch,) = actuator.stretches
+    assert (stretch.start, stretch.end) == pytest.approx((0.2, 0.4))
     assert actuator.limits == (-math.inf, math.inf)

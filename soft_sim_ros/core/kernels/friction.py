@@ -83,7 +83,7 @@ def capstan_tangent(model, data, i, alpha, first, system):
     blocks before, and towards all after, it is a product of two vectors: columns ``first``, … of
     the coupling (kernels/coupling.py), two for every block but one.
     """
-    n = len(model.weight)
+    n = system.left.shape[1]  # model.weight holds dashpots too
     mu = model.friction[i, 0]
     station = data.station
     # ∂(log T)/∂x, ∂(slip)/∂x and ∂(length) of one station, x = α₀ q + α₁ q̇
