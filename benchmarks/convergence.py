@@ -1,6 +1,8 @@
-"""Error against the number of coordinates, for every basis kind: ``python -m benchmarks.convergence``.
+"""Error against the number of coordinates, for every kind of basis.
 
-Polynomials over the whole rod converge spectrally: every further coordinate divides the error by the
+    python -m benchmarks.convergence
+
+Polynomials over the whole rod converge spectrally: every further order divides the error by the
 same number. Bases on more and more elements converge algebraically: with a power of their number.
 Time is resolved far below, by ``adaptive``, and so are the integrals along the rod.
 """

@@ -75,6 +75,31 @@ def main() -> None:
     figure.savefig(RESULTS / "work_precision.png", dpi=110)
     plt.close(figure)
     scaling()
+    convergence()
+
+
+def convergence() -> None:
+    """Draw error against coordinates, one panel per case."""
+    file = RESULTS / "convergence.json"
+    if not file.is_file():
+        return
+    rows = json.loads(file.read_text())["rows"]
+    cases = list(dict.fromkeys(row["case"] for row in rows))
+    figure, grid = plt.subplots(
+        1, len(cases), figsize=(5.4 * len(cases), 4.5), layout="constrained", sharey=True
+    )
+    for axes, case in zip(grid, cases, strict=True):
+        for basis, marker in zip(dict.fromkeys(r["basis"] for r in rows), "o+x^sDv", strict=False):
+            mine = [row for row in rows if (row["case"], row["basis"]) == (case, basis)]
+            x, y = [r["coordinates"] for r in mine], [r["error_rel"] for r in mine]
+            axes.loglog(x, y, marker + "-", label=basis, markersize=5, linewidth=1.0)
+        axes.set_title(CASES[case].title, fontsize=9)
+        axes.set_xlabel("number of coordinates")
+        axes.grid(True, which="major", alpha=0.3)
+    grid[0].set_ylabel("largest tip error over the run / length")
+    grid[0].legend(fontsize=8)
+    figure.savefig(RESULTS / "convergence.png", dpi=110)
+    plt.close(figure)
 
 
 def scaling() -> None:
