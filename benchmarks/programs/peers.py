@@ -17,7 +17,7 @@ from .environments import PINS, clean, interpreter
 HERE = Path(__file__).parent
 ENVIRONMENT = {"pyelastica": "elastica", "soromox": "soromox"}
 # CPU s for one timed run, and for all runs of one case with everything that surrounds them
-LIMITS = {"pyelastica": (90, 240), "soromox": (60, 210)}
+LIMITS = {"pyelastica": (75, 240), "soromox": (60, 170)}
 # where a peer would reach 1e-3 of the length soon after
 LONGER = {("pyelastica", "heavy_arm"): (240, 480)}
 
