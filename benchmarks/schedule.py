@@ -17,7 +17,7 @@ from .reference import RESULTS
 
 FILE = RESULTS / "costs.json"
 OURS = "soft_sim_ros"
-UNKNOWN = 60.0  # CPU s, for a job that has never run
+UNKNOWN = {OURS: 10.0, "pyelastica": 150.0, "soromox": 170.0}  # CPU s of a job that has never run
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Costs:
 
     def of(self, job: Job) -> float:
         """Return what a job is expected to cost in CPU s."""
-        return self._kept.get(job, UNKNOWN)
+        return self._kept.get(job, UNKNOWN[job.program])
 
     def keep(self, job: Job, cpu: float) -> None:
         """Write down what a job took."""
@@ -70,7 +70,7 @@ def work(jobs: list[Job], run: Callable[[Job], float], on: list[int]) -> None:
     """
     costs, lock, begin = Costs(), threading.Lock(), time.monotonic()
     mine = [job for job in jobs if job.program == OURS]
-    theirs = sorted((job for job in jobs if job.program != OURS), key=costs.of)
+    theirs = sorted((job for job in jobs if job.program != OURS), key=costs.of, reverse=True)
     running: dict[int, Job] = {}
     failures: list[BaseException] = []
 
@@ -78,12 +78,12 @@ def work(jobs: list[Job], run: Callable[[Job], float], on: list[int]) -> None:
         known = [costs.of(job) for job in (*mine, *theirs, *running.values())]
         return max([sum(known) / len(on), *known])
 
-    def drain(waiting: list[Job], end: int, core: int) -> None:
+    def drain(waiting: list[Job], core: int) -> None:
         while True:
             with lock:
                 if failures or not waiting:
                     return
-                job = running[core] = waiting.pop(end)
+                job = running[core] = waiting.pop(0)
                 spent = time.monotonic() - begin
                 print(f"[{spent / 60:.1f} min, about {left() / 60:.0f} min to go] core "
                       f"{core}: {job.program} on {job.case}", flush=True)  # fmt: skip
@@ -95,7 +95,7 @@ def work(jobs: list[Job], run: Callable[[Job], float], on: list[int]) -> None:
     def other(core: int) -> None:
         try:
             pin(core)
-            drain(theirs, -1, core)
+            drain(theirs, core)
         except BaseException as failure:  # noqa: BLE001  (raised again in the main thread)
             failures.append(failure)
 
@@ -104,8 +104,8 @@ def work(jobs: list[Job], run: Callable[[Job], float], on: list[int]) -> None:
     for thread in threads:
         thread.start()
     try:
-        drain(mine, 0, on[0])
-        drain(theirs, -1, on[0])
+        drain(mine, on[0])
+        drain(theirs, on[0])
     except BaseException as failure:  # noqa: BLE001  (raised again when the others have ended)
         failures.append(failure)
     for thread in threads:
