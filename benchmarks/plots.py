@@ -69,6 +69,8 @@ def main() -> None:
         draw(axes, entries, case, small=True)
     for axes in grid.flat[len(cases) :]:
         axes.set_visible(False)
+    for axes in grid.flat[max(len(cases) - 3, 0) : len(cases)]:  # the last one of every column
+        axes.tick_params(labelbottom=True)
     grid.flat[0].legend(fontsize=8)
     figure.supxlabel("largest tip error over the run / length (grey: not resolved)")
     figure.supylabel("time in s (one core)")
