@@ -29,7 +29,7 @@ COUNTS = (10, 20, 50, 100, 200, 500, 1000)
 ORDERS = (0, 1)
 STEP = 1e-3
 ROUNDS = 9
-ELEMENTS_PER_ROUND = 10000  # element-steps of one measurement
+ELEMENTS_PER_ROUND = 4000  # element-steps of one measurement
 
 
 def simulation_of(order: int, elements: int) -> Simulation:
@@ -66,7 +66,7 @@ def measure() -> list[dict[str, Any]]:
                 (after.iterations - start.iterations) / (after.steps - start.steps),
             "evaluations_per_step":
                 (after.evaluations - start.evaluations) / (after.steps - start.steps),
-            "bytes": simulation.nbytes(), "step": STEP,
+            "bytes": simulation.nbytes, "step": STEP,
         })  # fmt: skip
         said = f"order {order}, {count} elements: {cost * 1e6:.0f} us"
         print(f"  scaling: {said} per step", flush=True)
