@@ -119,7 +119,7 @@ def scaling() -> None:
         label = f"{name}: n^{fit['all']:.2f} (step {step:.1e} s at {x[-1]})"
         axes.loglog(x, y, "o-", label=label)
     axes.set_xlabel("elements")
-    axes.set_ylabel("wall time per step in µs (one core)")
+    axes.set_ylabel("CPU time per step in µs (one core)")
     axes.grid(True, which="major", alpha=0.3)
     axes.legend(fontsize=8)
     figure.savefig(RESULTS / "scaling.png", dpi=110)
