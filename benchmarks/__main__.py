@@ -30,6 +30,8 @@ class Book:
     def __init__(self, program: str, case: Case) -> None:
         self.program, self.case = program, case
         self.exact, self.agreement = reference.load(case)
+        if any(is_coarse(chosen) for chosen in settings.ours(case)):
+            reference.coarse_tip(case)  # now, because later a child may be timing itself
         self.version = __version__ if program == schedule.OURS else peers.version(program)
         self.entries: list[dict[str, Any]] = []
 
