@@ -16,7 +16,7 @@ unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 help:
 	@echo "make run     simulate, drive, record and replay the default arm: see runs/latest"
 	@echo "make test    all tests"
-	@echo "make bench   run time against error, with peers: about half an hour"
+	@echo "make bench   run time against error, with peers: under half an hour"
 	@echo "make stress  the stability map: about ten minutes; make skip: what features cost"
 	@echo "make realtime  times real time, and the node's share of a core"
 	@echo "make guard   whether steps cost more than they did: a minute"

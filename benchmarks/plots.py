@@ -69,12 +69,39 @@ def main() -> None:
         draw(axes, entries, case, small=True)
     for axes in grid.flat[len(cases) :]:
         axes.set_visible(False)
+    for axes in grid.flat[max(len(cases) - 3, 0) : len(cases)]:  # the last one of every column
+        axes.tick_params(labelbottom=True)
     grid.flat[0].legend(fontsize=8)
     figure.supxlabel("largest tip error over the run / length (grey: not resolved)")
     figure.supylabel("time in s (one core)")
     figure.savefig(RESULTS / "work_precision.png", dpi=110)
     plt.close(figure)
     scaling()
+    convergence()
+
+
+def convergence() -> None:
+    """Draw error against coordinates, one panel per case."""
+    file = RESULTS / "convergence.json"
+    if not file.is_file():
+        return
+    rows = json.loads(file.read_text())["rows"]
+    cases = list(dict.fromkeys(row["case"] for row in rows))
+    figure, grid = plt.subplots(
+        1, len(cases), figsize=(5.4 * len(cases), 4.5), layout="constrained", sharey=True
+    )
+    for axes, case in zip(grid, cases, strict=True):
+        for basis, marker in zip(dict.fromkeys(r["basis"] for r in rows), "o+x^sDv", strict=False):
+            mine = [row for row in rows if (row["case"], row["basis"]) == (case, basis)]
+            x, y = [r["coordinates"] for r in mine], [r["error_rel"] for r in mine]
+            axes.loglog(x, y, marker + "-", label=basis, markersize=5, linewidth=1.0)
+        axes.set_title(CASES[case].title, fontsize=9)
+        axes.set_xlabel("number of coordinates")
+        axes.grid(True, which="major", alpha=0.3)
+    grid[0].set_ylabel("largest tip error over the run / length")
+    grid[0].legend(fontsize=8)
+    figure.savefig(RESULTS / "convergence.png", dpi=110)
+    plt.close(figure)
 
 
 def scaling() -> None:
@@ -92,7 +119,7 @@ def scaling() -> None:
         label = f"{name}: n^{fit['all']:.2f} (step {step:.1e} s at {x[-1]})"
         axes.loglog(x, y, "o-", label=label)
     axes.set_xlabel("elements")
-    axes.set_ylabel("wall time per step in µs (one core)")
+    axes.set_ylabel("CPU time per step in µs (one core)")
     axes.grid(True, which="major", alpha=0.3)
     axes.legend(fontsize=8)
     figure.savefig(RESULTS / "scaling.png", dpi=110)

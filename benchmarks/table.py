@@ -1,91 +1,188 @@
-"""The table of docs/benchmarks.md, printed from the result files into the page."""
+"""The tables of docs/benchmarks.md and README.md, written from the result files into the pages."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 from . import fronts
 from .cases import CASES
 from .reference import RESULTS
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "benchmarks.md"
+ROOT = Path(__file__).resolve().parent.parent
 BEGIN, END = "<!-- table: begin -->", "<!-- table: end -->"
 ERRORS = (1e-3, 1e-5)
+OURS = "soft_sim_ros"
 PEERS = {"pyelastica": "PyElastica", "soromox": "SoRoMoX"}
+# the settling arm: error over its length and wall s for its 10 s
+BAR = ("heavy_arm", 1e-4, 0.1)
 
 
 def seconds(value: float | None) -> str:
     """Return a time with two digits."""
-    return "not reached" if value is None else f"{value:.2g} s"
+    if value is None:
+        return "not reached"
+    return f"{value * 1e3:.2g} ms" if value < 0.0995 else f"{value:.2g} s"
+
+
+def times(ratio: float) -> str:
+    """Return a ratio with two digits and no exponent."""
+    return f"{float(f'{ratio:.2g}'):,.0f}×" if ratio >= 9.95 else f"{ratio:.2g}×"
+
+
+def best_of(entries: fronts.Entries) -> dict[str, Any] | None:
+    """Return the run of the least error."""
+    done = [e for e in entries if e["outcome"] == "completed" and e["error_rel"]]
+    return min(done, key=lambda e: float(e["error_rel"]), default=None)
 
 
 def peer_cell(entries: fronts.Entries, mine: float | None, error: float) -> str:
-    """Return a peer's cost at an error and the ratio to ours, or why there is none."""
+    """Return a peer's cost at an error and the ratio to ours, or how far it got, or why not."""
     outcomes = {entry["outcome"] for entry in entries}
     if not entries:
         return "–"
     if outcomes == {"unsupported"}:
         return "unsupported"
-    if "completed" not in outcomes:
+    best = best_of(entries)
+    if best is None:
         return "/".join(sorted(outcomes))
     cost = fronts.cost_at(entries, error)
     if cost is None:
-        errors = [e["error_rel"] for e in entries if e["error_rel"]]
-        best = f" (best {min(errors):.0e})" if errors else ""
-        return "not reached" + best
-    return seconds(cost) + (f" ({cost / mine:.2g}×)" if mine else "")
+        return f"no: {best['error_rel']:.0e} in {seconds(fronts.cost(best))}"
+    return seconds(cost) + (f" ({times(cost / mine)})" if mine else "")
 
 
-def text() -> str:
-    """Return the tables."""
-    entries = json.loads((RESULTS / "work_precision.json").read_text())
-    cases = [case for case in CASES if any(e["case"] == case for e in entries)]
-    lines: list[str] = []
-    for error in ERRORS:
+def better_peer(entries: fronts.Entries, case: str, error: float) -> float | None:
+    """Return the time of the faster peer that reaches an error; None where none does."""
+    costs = [fronts.cost_at(fronts.of(entries, case, peer), error) for peer in PEERS]
+    return min((cost for cost in costs if cost is not None), default=None)
+
+
+def cases_in(entries: fronts.Entries) -> list[str]:
+    """Return the names of the cases that were run, in order."""
+    return [case for case in CASES if any(e["case"] == case for e in entries)]
+
+
+def unresolved(entries: fronts.Entries, case: str, error: float) -> str:
+    """Return a remark where the reference of a case does not resolve an error."""
+    known = next(float(e["reference_agreement"]) for e in entries if e["case"] == case)
+    return f"reference agrees to {known:.0e} only" if known > 0.2 * error else ""
+
+
+def table_at(entries: fronts.Entries, error: float) -> list[str]:
+    """Return the lines about one error."""
+    lines = [
+        f"Time on one core to a largest tip error of {error:.0e} of the length; in brackets, how",
+        'many times ours; "no": the least error within the time allowed, and its time:',
+        "",
+        f"| case | {OURS} | " + " | ".join(PEERS.values()) + " | better peer ÷ ours |",
+        "|---|---|" + "---|" * len(PEERS) + "---|",
+    ]
+    ratios: list[float] = []
+    for case in cases_in(entries):
+        remark = unresolved(entries, case, error)
+        mine = fronts.cost_at(fronts.of(entries, case, OURS), error)
+        cells = [peer_cell(fronts.of(entries, case, peer), mine, error) for peer in PEERS]
+        cost, ratio = better_peer(entries, case, error), "–"
+        if cost is not None and mine and not remark:
+            ratios.append(cost / mine)
+            ratio = times(ratios[-1])
+        lines.append(f"| {case} | {remark or seconds(mine)} | {' | '.join(cells)} | {ratio} |")
+    if ratios:
         lines += [
-            f"Time on one core to a largest tip error of {error:.0e} of the length; in brackets,",
-            "how many times ours:",
             "",
-            "| case | soft_sim_ros | " + " | ".join(PEERS.values()) + " |",
-            "|---|---|" + "---|" * len(PEERS),
+            f"Against the better peer: median {times(median(ratios))}, least "
+            f"{times(min(ratios))}, most {times(max(ratios))}, over the {len(ratios)} cases where "
+            "a peer gets there.",
         ]
-        ratios: list[float] = []
-        for case in cases:
-            known = next(e["reference_agreement"] for e in entries if e["case"] == case)
-            if known > 0.5 * error:
-                unknown = f"reference agrees to {known:.0e} only"
-                lines.append(f"| {case} | {unknown} |" + " – |" * len(PEERS))
-                continue
-            mine = fronts.cost_at(fronts.of(entries, case, "soft_sim_ros"), error)
-            cells, costs = [], []
-            for peer in PEERS:
-                theirs = fronts.of(entries, case, peer)
-                cells.append(peer_cell(theirs, mine, error))
-                cost = fronts.cost_at(theirs, error)
-                costs += [cost] if cost is not None else []
-            if costs and mine:
-                ratios.append(min(costs) / mine)
-            lines.append(f"| {case} | {seconds(mine)} | " + " | ".join(cells) + " |")
-        if ratios:
-            lines += [
-                "",
-                f"Against the better peer: median {median(ratios):.3g}×, least {min(ratios):.3g}×, "
-                f"most {max(ratios):.3g}×, over the {len(ratios)} cases where a peer gets there.",
-            ]
-        else:
-            lines += ["", "No peer gets there within the time allowed."]
-        lines.append("")
-    lines += scaling_text()
+    else:
+        lines += ["", "No peer gets there within the time allowed."]
+    return [*lines, ""]
+
+
+def bar_text(entries: fronts.Entries) -> list[str]:
+    """Return the line on the settling arm."""
+    case, error, allowed = BAR
+    done = [
+        e for e in fronts.of(entries, case, OURS)
+        if e["outcome"] == "completed" and e["error_rel"] <= error
+    ]  # fmt: skip
+    if not done:
+        return []
+
+    def best(some: fronts.Entries) -> str:
+        run = min(some, key=lambda e: float(e["wall_s"]))
+        return f"{seconds(run['wall_s'])} of wall time, error {run['error_rel']:.1e}"
+
+    said = f"The bar of {case}, {error:.0e} in {allowed:g} s for its 10 s: {best(done)}"
+    spatial = [e for e in done if "strains" not in e["settings"]]
+    if spatial:
+        said += f"; with all six strains free {best(spatial)}"
+    peers = [
+        f"{label} {peer_cell(fronts.of(entries, case, peer), None, error)}"
+        for peer, label in PEERS.items()
+    ]
+    return [f"{said}. {'; '.join(peers)}.", ""]
+
+
+def measured_with(entries: fronts.Entries) -> str:
+    """Return versions and machines."""
     machines = {
         f"{m['cpu']}, {m['cores']} cores, Python {m['python']}, numpy {m['numpy']}, numba "
         f"{m['numba']}, commit {m['commit']}"
         for m in (e["machine"] for e in entries)
     }
     versions = sorted({f"{e['program']} {e['version']}" for e in entries})
-    lines += ["Measured with " + ", ".join(versions) + "; " + "; ".join(sorted(machines)) + "."]
-    return "\n".join(lines)
+    return "Measured with " + ", ".join(versions) + "; " + "; ".join(sorted(machines)) + "."
+
+
+def text(entries: fronts.Entries) -> str:
+    """Return the tables of the page on benchmarks."""
+    lines = [line for error in ERRORS for line in table_at(entries, error)]
+    lines += bar_text(entries) + convergence_text() + scaling_text()
+    return "\n".join([*lines, measured_with(entries)])
+
+
+def short_text(entries: fronts.Entries) -> str:
+    """Return the table of the README: ours against the better peer."""
+    heads = [f"{error:.0e} of the length, ours | better peer" for error in ERRORS]
+    lines = ["| case | " + " | ".join(heads) + " |", "|---|" + "---|---|" * len(ERRORS)]
+    for case in cases_in(entries):
+        cells = []
+        for error in ERRORS:
+            mine = fronts.cost_at(fronts.of(entries, case, OURS), error)
+            cost = better_peer(entries, case, error)
+            if unresolved(entries, case, error):
+                cells += ["–", "–"]
+                continue
+            if cost is not None:
+                theirs = seconds(cost) + (f" ({times(cost / mine)})" if mine else "")
+            else:
+                best = [best_of(fronts.of(entries, case, peer)) for peer in PEERS]
+                least = min((float(e["error_rel"]) for e in best if e), default=None)
+                theirs = "none" if least is None else f"none (least error {least:.0e})"
+            cells += [seconds(mine), theirs]
+        lines.append(f"| {case} | " + " | ".join(cells) + " |")
+    return "\n".join([*lines, "", measured_with(entries)])
+
+
+def convergence_text() -> list[str]:
+    """Return the table of rates at which bases converge."""
+    file = RESULTS / "convergence.json"
+    if not file.is_file():
+        return []
+    rates = json.loads(file.read_text())["rates"]
+    lines = ["Convergence in space, error against coordinates:", ""]
+    lines += ["| basis | " + " | ".join(rates) + " |", "|---|" + "---|" * len(rates)]
+    for basis in next(iter(rates.values())):
+        cells = []
+        for case in rates:
+            ((what, value),) = rates[case][basis].items()
+            cells.append(f"÷ {value:.2g} per order" if "order" in what else f"n^−{value:.2g}")
+        lines.append(f"| {basis} | " + " | ".join(cells) + " |")
+    return [*lines, ""]
 
 
 def scaling_text() -> list[str]:
@@ -101,17 +198,23 @@ def scaling_text() -> list[str]:
     return [*lines, ""]
 
 
-def main() -> None:
-    """Print the tables, and put them into the page."""
-    if not (RESULTS / "work_precision.json").is_file():
-        return
-    out = text()
-    print(out)
-    if PAGE.is_file():
-        page = PAGE.read_text()
-        head, _, rest = page.partition(BEGIN)
+def put(page: Path, what: str) -> None:
+    """Put a text between the marks of a page; a page without marks stays as it is."""
+    if page.is_file() and BEGIN in (old := page.read_text()):
+        head, _, rest = old.partition(BEGIN)
         _, _, tail = rest.partition(END)
-        PAGE.write_text(f"{head}{BEGIN}\n{out}\n{END}{tail}")
+        page.write_text(f"{head}{BEGIN}\n{what}\n{END}{tail}")
+
+
+def main() -> None:
+    """Print the tables, and put them into the pages."""
+    file = RESULTS / "work_precision.json"
+    if not file.is_file():
+        return
+    entries = json.loads(file.read_text())
+    print(text(entries))
+    put(ROOT / "docs" / "benchmarks.md", text(entries))
+    put(ROOT / "README.md", short_text(entries))
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ before the base, as somebody who knows this would set it up: bending then starts
 """
 
 import json
+import resource
 import sys
 import time
 
@@ -99,32 +100,36 @@ class SectionMoments(ea.NoForces):
 
     The moment belongs to the section frame; at nodes inside the section the internal moment turns
     with it, so it is applied as a couple stress: m' + κ × m per length, in the elements' frames.
+    An end of a section inside a Voronoi region counts with its share of the region, which keeps the
+    second order in the grid wherever the sections end.
     """
 
-    def __init__(self, spans, period, values):
+    def __init__(self, axes, shares, period, values):
         super().__init__()
-        self.spans, self.period, self.values = spans, period, values
+        self.axes, self.shares, self.period, self.values = axes, shares, period, values
 
     def apply_torques(self, system, time=0.0):
         row = self.values[min(int(time / self.period + 1e-9), len(self.values) - 1)]
         section_moments(
-            system.kappa, system.rest_voronoi_lengths, self.spans, row, system.external_torques
-        )
+            system.kappa, system.rest_voronoi_lengths, self.axes, self.shares, row,
+            system.external_torques,
+        )  # fmt: skip
 
 
 @njit(cache=True)
-def section_moments(kappa, voronoi, spans, row, torque):
-    """Add the couples of internal moments ``row`` along spans of (first, last, axis)."""
-    for c in range(spans.shape[0]):
-        first, last, axis = spans[c, 0], spans[c, 1], spans[c, 2]
-        for k in range(first, last):
-            m = np.zeros(3)
-            m[axis] = row[c]
-            for i in range(3):
-                a, b = (i + 1) % 3, (i + 2) % 3
-                half = -0.5 * voronoi[k] * (kappa[a, k] * m[b] - kappa[b, k] * m[a])
-                torque[i, k] += half - m[i]
-                torque[i, k + 1] += half + m[i]
+def section_moments(kappa, voronoi, axes, shares, row, torque):
+    """Add the couples of internal moments ``row`` about ``axes``; shares (channels, n − 1)."""
+    m = np.zeros(3)
+    for c in range(axes.shape[0]):
+        for k in range(shares.shape[1]):
+            if shares[c, k] > 0.0:
+                m[:] = 0.0
+                m[axes[c]] = row[c] * shares[c, k]
+                for i in range(3):
+                    a, b = (i + 1) % 3, (i + 2) % 3
+                    half = -0.5 * voronoi[k] * (kappa[a, k] * m[b] - kappa[b, k] * m[a])
+                    torque[i, k] += half - m[i]
+                    torque[i, k + 1] += half + m[i]
 
 
 class HubTorque(ea.NoForces):
@@ -233,16 +238,17 @@ def build(case, settings):
             bend=eta * second * np.array([3.0, 3.0, 2.0]),
         )
     if case["moments"]:
-        spans = []
         ends = np.concatenate([[0.0], np.cumsum(case["sections"])])
+        axes, shares = [], []
         for section, strain in case["moments"]["channels"]:
-            axis = {"bend_y": 0, "bend_z": 1, "torsion": 2}[strain]
-            marks = [int(round((ends[section + j] + shift) / dl - 0.5)) for j in (0, 1)]
-            last = n - 1 if section == len(case["sections"]) - 1 else max(marks[1], 0)
-            spans.append((max(marks[0], 0), last, axis))
+            axes.append({"bend_y": 0, "bend_z": 1, "torsion": 2}[strain])
+            low = np.maximum(middles[:-1], ends[section])
+            high = np.minimum(middles[1:], ends[section + 1])
+            shares.append(np.maximum(high - low, 0.0) / dl)
         simulator.add_forcing_to(rod).using(
             SectionMoments,
-            spans=np.array(spans, dtype=np.int64),
+            axes=np.array(axes, dtype=np.int64),
+            shares=np.array(shares),
             period=case["moments"]["period"],
             values=np.array(case["moments"]["values"], dtype=float),
         )
@@ -343,6 +349,7 @@ def run(case, settings, limit):
 def main():
     """Read the job, print a line per run."""
     job = json.load(sys.stdin)
+    resource.setrlimit(resource.RLIMIT_CPU, (job["everything"], job["everything"]))
     for settings in job["settings"]:
         result = run(job["case"], settings, job["limit"])
         print(json.dumps(result | {"settings": settings}), flush=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +21,10 @@ AXES = {"y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 
 @dataclass(frozen=True)
 class Run:
-    """The tip (outputs, 3) in m of a run, its cost in s (wall and CPU), and how it ended."""
+    """The tip (outputs, 3) in m of a run, its cost in s (wall and CPU), and how it ended.
+
+    estimate : the run's own estimate of its error over the length, where it makes one
+    """
 
     tip: np.ndarray
     wall: float
@@ -29,29 +33,48 @@ class Run:
     reason: str = ""
     counters: dict[str, int] | None = None
     cpu: float | None = None
+    estimate: float | None = None
 
 
-def document(case: Case, settings: dict[str, Any]) -> dict[str, Any]:
-    """Return the scene document of a case.
+def numerics(case: Case, settings: dict[str, Any]) -> dict[str, Any]:
+    """Return the ``numerics`` block of the scene document.
 
-    settings : order (int, or by strain), elements, kind, nodes, step, integrator, options,
-    newton_tolerance
+    settings : either tolerance and step, and the simulation chooses the rest; or step, integrator,
+    options, newton_tolerance, and kind, order (int, or by strain), elements and nodes of the basis
     """
+    if "tolerance" in settings:
+        return {key: settings[key] for key in ("tolerance", "step")}
     basis: dict[str, Any] = {
         "kind": settings.get("kind", "legendre"),
         "elements": settings.get("elements", 1),
     }
     if basis["kind"] not in ("constant", "linear"):
         order = settings["order"]
-        basis["order"] = dict.fromkeys(case.strains, order) if isinstance(order, int) else {
-            strain: order[strain] for strain in case.strains
-        }  # fmt: skip
+        basis["order"] = dict.fromkeys(strains_of(case, settings), order) if isinstance(
+            order, int
+        ) else order  # fmt: skip
     if "nodes" in settings:
         basis["nodes"] = settings["nodes"]
+    return {
+        "step": settings["step"],
+        "integrator": settings.get("integrator", "sdirk2"),
+        "newton_tolerance": settings.get("newton_tolerance", "auto"),
+        "options": settings.get("options", {}),
+        "basis": basis,
+    }
+
+
+def strains_of(case: Case, settings: dict[str, Any]) -> list[str]:
+    """Return the free strains: the case's, or those of its plane if the settings say so."""
+    return list(settings.get("strains", case.strains))
+
+
+def document(case: Case, settings: dict[str, Any]) -> dict[str, Any]:
+    """Return the scene document of a case."""
     names = [f"s{k}" for k in range(len(case.sections))]
     rod = {
         "rod": "rod",
-        "strains": list(case.strains),
+        "strains": strains_of(case, settings),
         "sections": [
             {
                 "name": name,
@@ -75,13 +98,7 @@ def document(case: Case, settings: dict[str, Any]) -> dict[str, Any]:
             }
         },
         "bodies": [rod],
-        "numerics": {
-            "step": settings["step"],
-            "integrator": settings.get("integrator", "sdirk2"),
-            "newton_tolerance": settings.get("newton_tolerance", "auto"),
-            "options": settings.get("options", {}),
-            "basis": basis,
-        },
+        "numerics": numerics(case, settings),
     }
     if case.hinge:
         out["bodies"].insert(0, {"joint": "hinge", "kind": "revolute", "axis": AXES[case.hinge]})
@@ -149,21 +166,24 @@ def follow(case: Case, simulation: Simulation) -> np.ndarray:
 def run(case: Case, settings: dict[str, Any], repeats: int = 5, patience: float = 2.0) -> Run:
     """Run a case; the cost is the best of up to ``repeats`` runs within ``patience`` s.
 
-    Building the simulation is not counted, neither here nor for the peers.
+    Building the simulation is not counted, neither here nor for the peers. CPU time is that of this
+    thread: another one may be reading what a peer says.
     """
     scene = scene_of(case, settings)
     best, cpu, spent, tip = np.inf, np.inf, 0.0, np.zeros((0, 3))
     simulation = Simulation(scene)
+    with suppress(Diverged):  # the timed run will say so
+        simulation.advance(1)  # compiles what has not been compiled yet
     for _ in range(repeats):
         simulation = Simulation(scene)
-        begin, begin_cpu = time.perf_counter(), time.process_time()
+        begin, begin_cpu = time.perf_counter(), time.thread_time()
         try:
             tip = follow(case, simulation)
         except Diverged as reason:
             wall = time.perf_counter() - begin
             return Run(tip, wall, simulation.n_coordinates, "refused", str(reason))
         wall = time.perf_counter() - begin
-        cpu = min(cpu, time.process_time() - begin_cpu)
+        cpu = min(cpu, time.thread_time() - begin_cpu)
         best, spent = min(best, wall), spent + wall
         if spent > patience:
             break

@@ -8,48 +8,80 @@ from ..cases import Case
 
 Settings = dict[str, Any]
 
-# (order, elements, nodes or None, step as a share of the output period, integrator)
-OURS = (
-    (1, 1, None, 1 / 2, "sdirk2"),
-    (1, 1, None, 1 / 5, "generalized_alpha"),
-    (2, 1, None, 1 / 2, "sdirk2"),
-    (2, 1, None, 1 / 5, "sdirk2"),
-    (2, 1, None, 1 / 5, "generalized_alpha"),
-    (2, 1, None, 1 / 10, "generalized_alpha"),
-    (3, 1, None, 1 / 2, "sdirk3"),
-    (3, 1, None, 1 / 5, "sdirk3"),
-    (3, 1, 8, 1 / 2, "sdirk4"),
-    (3, 1, 8, 1 / 5, "sdirk4"),
-    (3, 2, 8, 1 / 5, "sdirk4"),
-    (4, 2, 10, 1 / 10, "sdirk4"),
-    (4, 1, 10, 1 / 5, "sdirk3"),
-    (4, 1, 12, 1 / 5, "sdirk4"),
-    (4, 1, 12, 1 / 20, "sdirk4"),
-    (5, 1, 16, 1 / 5, "sdirk4"),
-    (5, 1, 16, 1 / 20, "sdirk4"),
-    (5, 2, 16, 1 / 20, "sdirk4"),
-    (6, 1, 24, 1 / 10, "sdirk4"),
-    (6, 2, 20, 1 / 20, "sdirk4"),
-    (8, 1, 30, 1 / 20, "sdirk4"),
-    (8, 1, 30, 1 / 50, "sdirk4"),
-)
+# `adaptive`: (order, elements per section, nodes per element, options.error), about cheap first
+CLAMPED = (
+    (1, 1, 4, 1e-3), (1, 2, 4, 1e-3), (2, 1, 5, 1e-3), (2, 2, 5, 1e-3), (3, 1, 8, 1e-3),
+    (2, 2, 5, 1e-4), (2, 3, 5, 1e-4), (3, 1, 8, 1e-4), (3, 1, 8, 1e-5), (3, 2, 6, 1e-5),
+    (3, 3, 6, 1e-5), (5, 1, 12, 1e-5), (5, 1, 16, 1e-6), (4, 2, 10, 1e-6), (3, 4, 6, 1e-6),
+    (3, 6, 6, 1e-6), (4, 4, 8, 1e-6), (6, 2, 14, 1e-7), (4, 6, 8, 1e-7),
+)  # fmt: skip
+SECTIONS = (
+    (1, 1, 4, 1e-3), (2, 1, 5, 1e-3), (2, 1, 5, 1e-4), (3, 1, 6, 1e-4), (3, 1, 8, 1e-5),
+    (2, 2, 5, 1e-5), (4, 1, 10, 1e-5), (4, 1, 10, 1e-6), (3, 2, 6, 1e-6), (5, 1, 12, 1e-6),
+    (5, 1, 14, 1e-7), (6, 1, 18, 1e-8),
+)  # fmt: skip
+HINGED = (
+    (2, 1, 5, 1e-3), (3, 1, 6, 1e-4), (2, 2, 5, 1e-3), (2, 2, 5, 1e-4), (3, 2, 6, 1e-4),
+    (2, 4, 5, 1e-4), (3, 3, 6, 1e-5), (3, 4, 6, 1e-5), (3, 6, 6, 1e-5), (3, 6, 6, 1e-6),
+    (3, 8, 6, 1e-6), (4, 8, 8, 1e-6), (4, 8, 8, 1e-7), (6, 8, 12, 1e-8),
+)  # fmt: skip
+CHIRP = ((1, 2, 4, 1e-3), (2, 2, 5, 1e-4), (2, 3, 5, 1e-5), (3, 3, 6, 1e-6))
+# fixed steps: (order, elements, nodes, step as a share of the output period, integrator)
+FIXED = (
+    (2, 1, 5, 1 / 10, "generalized_alpha"), (2, 1, 5, 1 / 5, "sdirk2"), (3, 1, 8, 1 / 5, "sdirk3"),
+    (4, 1, 10, 1 / 5, "sdirk4"), (5, 1, 16, 1 / 10, "sdirk4"),
+)  # fmt: skip
+JUMPING = (
+    (1, 1, 4, 1 / 4, "sdirk2"), (2, 1, 5, 1 / 4, "generalized_alpha"), (2, 1, 5, 1 / 4, "sdirk2"),
+    (1, 2, 4, 1 / 4, "sdirk3"), (2, 1, 5, 1 / 8, "generalized_alpha"), (2, 1, 5, 1 / 4, "sdirk3"),
+    (2, 1, 5, 1 / 8, "sdirk2"), (2, 1, 5, 1 / 8, "sdirk3"), (2, 2, 5, 1 / 4, "sdirk3"),
+    (2, 2, 5, 1 / 8, "sdirk3"), (3, 1, 8, 1 / 16, "sdirk3"), (3, 2, 6, 1 / 20, "sdirk3"),
+    (2, 3, 5, 1 / 40, "sdirk3"), (3, 3, 6, 1 / 40, "sdirk4"), (3, 3, 6, 1 / 80, "sdirk3"),
+)  # fmt: skip
+# Simulations that choose everything but their inputs' grid themselves, once they can.
+TOLERANCES: tuple[float, ...] = ()
+
+
+PLANES = {
+    "heavy_arm": ("bend_z", "stretch", "shear_y"),
+    "slender_swing": ("bend_y", "stretch", "shear_z"),
+    "spin_up": ("bend_z", "stretch", "shear_y"),
+}
+
+
+def plane_of(case: Case) -> Settings:
+    """Return the strains that a planar case needs, as settings; nothing for other cases.
+
+    Loads and gravity of these cases lie in a plane: whoever writes the scene sees it, and the
+    solution is the same. SoRoMoX is given the same; PyElastica cannot lock strains.
+    """
+    return {"strains": list(PLANES[case.name])} if case.name in PLANES else {}
 
 
 def ours(case: Case) -> list[Settings]:
-    """Return settings of this package: orders, nodes, steps and integrators."""
+    """Return settings of this package: bases, integrators, steps."""
     out: list[Settings] = []
+    adaptive = {"step": dividing(case, case.output_period), "integrator": "adaptive"}
     if case.name in ("planar_pcs", "spatial_pcs"):  # the published model, matched on purpose
-        coarse = {"kind": "constant", "nodes": 8, "integrator": "sdirk2"}
-        steps = (_dividing(case, case.output_period * share) for share in (1 / 2, 1 / 10))
-        out += [coarse | {"step": step} for step in steps]
-    for order, elements, nodes, share, integrator in OURS:
-        step = _dividing(case, case.output_period * share)
-        settings = {"order": order, "elements": elements, "step": step, "integrator": integrator}
-        out.append(settings | ({"nodes": nodes} if nodes else {}))
-    return [s for i, s in enumerate(out) if s not in out[:i]]
+        coarse = {"kind": "constant", "nodes": 8} | adaptive
+        out += [coarse | {"options": {"error": error}} for error in (1e-3, 1e-6)]
+    jumping = case.moments is not None and len(case.moments.values) > 1
+    rows = SECTIONS if len(case.sections) > 1 else CLAMPED
+    rows = HINGED if case.hinge else CHIRP if jumping else rows
+    for order, elements, nodes, error in rows:
+        basis = {"order": order, "elements": elements, "nodes": nodes}
+        out.append(basis | adaptive | {"options": {"error": error}} | plane_of(case))
+    if plane_of(case):  # one with what the plane does not need, to show that it does not
+        out.append({key: value for key, value in out[len(out) // 2].items() if key != "strains"})
+    for order, elements, nodes, share, integrator in JUMPING if jumping else FIXED:
+        basis = {"order": order, "elements": elements, "nodes": nodes}
+        step = dividing(case, case.output_period * share)
+        out.append(basis | {"step": step, "integrator": integrator} | plane_of(case))
+    grid = {"step": adaptive["step"]} | plane_of(case)
+    return out + [{"tolerance": tolerance} | grid for tolerance in TOLERANCES]
 
 
-def _dividing(case: Case, step: float) -> float:
+def dividing(case: Case, step: float) -> float:
     """Return the largest whole-nanosecond step up to ``step`` that divides all periods.
 
     Commands are held, so a step has to end where they change.
@@ -66,28 +98,40 @@ def _dividing(case: Case, step: float) -> float:
 
 
 def pyelastica(case: Case) -> list[Settings]:
-    """Return settings of PyElastica: elements, and its own clamp or the shifted one."""
-    clamps = ("plain",) if case.hinge else ("plain", "shifted")
-    counts = (8, 16, 24, 32, 64, 128)
-    return [{"elements": n, "clamp": clamp} for n in counts for clamp in clamps]
+    """Return settings of PyElastica: elements, and its own clamp or the shifted one.
+
+    Its own clamp converges with the first order only; two runs show it.
+    """
+    counts = (8, 16, 24, 32, 48, 64, 96, 128, 192, 256)
+    if case.hinge:
+        return [{"elements": n, "clamp": "plain"} for n in counts]
+    out: list[Settings] = [{"elements": n, "clamp": "plain"} for n in (8, 16)]
+    return out + [{"elements": n, "clamp": "shifted"} for n in counts]
 
 
 def soromox(case: Case) -> list[Settings]:
-    """Return settings of SoRoMoX: its published model, then refined ones and other solvers.
+    """Return settings of SoRoMoX: its published model, then strains of rising order.
 
-    Locking shear leaves out its stiffest strains: a physical error near (r/L)² for larger steps.
+    Semi-implicit Euler runs at its largest stable step, and at half of it to show what the step
+    does. Locking shear leaves out the stiffest strains: an error of a few (r/L)² for larger steps.
+    Tsit5 and Kvaerno5 adapt their steps; the implicit one has its chance where the coordinates are
+    few, elsewhere compiling it alone takes longer than all the others.
     """
     out: list[Settings] = []
     published = {"planar_pcs": "planar_pcs", "spatial_pcs": "pcs"}
+    euler = {"solver": "semi_implicit_euler"}
     if case.name in published:
-        model = {"model": published[case.name], "solver": "semi_implicit_euler"}
-        out += [model | {"accuracy": step} for step in (5e-5, 2e-5)]
-    shears = any("shear" in strain for strain in case.strains)
-    for order, steps in ((1, (2e-4, 1e-4, 5e-5)), (2, (1e-4, 5e-5, 2e-5))):
-        model = {"model": "gvs", "order": order, "lock_shear": shears}
-        out += [model | {"solver": "semi_implicit_euler", "accuracy": step} for step in steps]
-    finer = {"model": "gvs", "order": 3}
-    out += [finer | {"solver": "tsit5", "accuracy": a} for a in (1e-3, 1e-5)]
-    if case.name == "gvs":
-        out += [finer | {"solver": "kvaerno5", "accuracy": a} for a in (1e-3, 1e-5)]
-    return out
+        out += [{"model": published[case.name]} | euler | {"fraction": 1.0}]
+    strains = plane_of(case)
+    free = strains.get("strains", case.strains)
+    model = {"model": "gvs"} | strains
+    if any("shear" in strain for strain in free):
+        locked = model | {"lock_shear": True}
+        out += [locked | {"order": order} | euler | {"fraction": 1.0} for order in (1, 2)]
+    else:
+        out += [model | {"order": 1} | euler | {"fraction": 1.0}]
+    for order in (2, 3):
+        out += [model | {"order": order} | euler | {"fraction": f} for f in (1.0, 0.5)]
+    if len(free) == 3:
+        out += [model | {"order": 2, "solver": "kvaerno5", "accuracy": a} for a in (1e-3, 1e-5)]
+    return out + [model | {"order": 3, "solver": "tsit5", "accuracy": 1e-5}]

@@ -3,6 +3,7 @@
 import dataclasses
 import importlib
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -90,3 +91,81 @@ def test_what_a_peer_cannot_do_is_said_with_the_reason():
     peers, cases = module("programs.peers"), module("cases").CASES
     assert "no tendons" in peers.unsupported("pyelastica", cases["tendon_step"])
     assert peers.unsupported("soromox", cases["tendon_step"]) == ""
+
+
+def test_the_strains_of_a_plane_give_the_motion_of_all_six():
+    ours, settings = module("programs.ours"), module("programs.settings")
+    distance = module("reference").distance
+    for name in settings.PLANES:
+        case = short(name, 3)
+        chosen = {
+            "order": 3, "nodes": 8, "step": case.output_period, "integrator": "adaptive",
+            "options": {"error": 1e-8},
+        }  # fmt: skip
+        planar = ours.run(case, chosen | settings.plane_of(case), repeats=1)
+        spatial = ours.run(case, chosen, repeats=1)
+        assert planar.coordinates < spatial.coordinates
+        assert np.ptp(spatial.tip, axis=0).max() > 1e-3 * case.length
+        assert distance(planar.tip, spatial.tip, case.length) < 1e-6
+
+
+def test_every_job_runs_once_and_peers_never_share_a_core(tmp_path, monkeypatch):
+    schedule = module("schedule")
+    monkeypatch.setattr(schedule, "FILE", tmp_path / "costs.json")
+    monkeypatch.setattr(schedule, "pin", lambda core: None)
+    jobs = [
+        schedule.Job(program, case)
+        for program in (schedule.OURS, "pyelastica", "soromox")
+        for case in "abcd"
+    ]
+    seen, threads = [], set()
+
+    def run(job):
+        seen.append(job)
+        if job.program == schedule.OURS:
+            threads.add(threading.get_ident())
+        return 1.5
+
+    schedule.work(jobs, run, [0, 1])
+    assert sorted(map(str, seen)) == sorted(map(str, jobs))
+    assert threads == {threading.get_ident()}
+    assert schedule.Costs().of(jobs[0]) == 1.5
+
+
+def test_a_job_that_fails_ends_the_run(tmp_path, monkeypatch):
+    schedule = module("schedule")
+    monkeypatch.setattr(schedule, "FILE", tmp_path / "costs.json")
+    monkeypatch.setattr(schedule, "pin", lambda core: None)
+
+    def run(job):
+        raise RuntimeError(job.case)
+
+    with pytest.raises(RuntimeError, match="a"):
+        schedule.work([schedule.Job("pyelastica", "a")], run, [0, 1])
+
+
+def test_tables_say_ratio_or_how_far_a_peer_got(tmp_path):
+    table = module("table")
+    entries = [
+        {"case": "gvs", "program": program, "outcome": "completed", "wall_s": wall,
+         "error_rel": error, "reference_agreement": 1e-9, "settings": {}}
+        for program, wall, error in (
+            ("soft_sim_ros", 0.01, 1e-3), ("soft_sim_ros", 0.1, 1e-5), ("soromox", 5.0, 1e-3),
+        )
+    ]  # fmt: skip
+    at = {error: "\n".join(table.table_at(entries, error)) for error in table.ERRORS}
+    assert "| gvs | 10 ms | – | 5 s (500×) | 500× |" in at[1e-3]
+    assert "| gvs | 0.1 s | – | no: 1e-03 in 5 s | – |" in at[1e-5]
+    assert "No peer gets there" in at[1e-5]
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{table.BEGIN}\nold\n{table.END}\nafter\n")
+    table.put(page, "new")
+    assert page.read_text() == f"before\n{table.BEGIN}\nnew\n{table.END}\nafter\n"
+
+
+def test_fitted_rates_tell_spectral_from_algebraic_convergence():
+    rate = module("convergence").rate
+    spectral = [{"basis": "legendre", "order": n, "error_rel": 10.0**-n} for n in range(8)]
+    assert rate(spectral, 1e-9)["error divided per order by"] == pytest.approx(10.0)
+    square = [{"basis": "linear", "elements": n, "error_rel": n**-2.0} for n in (1, 2, 4, 8, 16)]
+    assert rate(square, 1e-9)["power of the number of elements"] == pytest.approx(2.0)
