@@ -16,7 +16,7 @@ import numpy as np
 
 from soft_sim_ros import __version__
 
-from . import convergence, machine, plots, reference, scaling, schedule, table
+from . import contract, convergence, machine, plots, reference, scaling, schedule, table
 from .cases import CASES, Case
 from .programs import ours, peers, settings
 
@@ -67,7 +67,8 @@ def fill(book: Book) -> float:
             result = {
                 "settings": chosen, "tip": run.tip, "wall_s": run.wall, "cpu_s": run.cpu,
                 "outcome": run.outcome, "coordinates": run.coordinates, "counters": run.counters,
-                "estimate_rel": run.estimate, "reason": run.reason or None,
+                "estimate_rel": run.estimate, "search_cpu_s": run.search,
+                "reason": run.reason or None,
             }  # fmt: skip
             book.enter(result)
         return time.thread_time() - begin
@@ -113,6 +114,7 @@ def main() -> None:
     if not given.only_cases:
         convergence.main()
         scaling.main(given.programs)
+        contract.main([])
     plots.main()
     table.main()
     print(f"done in {(time.monotonic() - begin) / 60:.1f} min: {reference.RESULTS}")

@@ -11,21 +11,20 @@ from __future__ import annotations
 import json
 import sys
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import yaml
 
 from soft_sim_ros.core.contract import choose
-from soft_sim_ros.core.drive import Drive
 from soft_sim_ros.core.refinement import words
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.errors import ToleranceMissed
-from soft_sim_ros.scene import Scene, parse_scene
+from soft_sim_ros.scene import Scene
 
 from . import machine, reference
 from .cases import CASES, Case
-from .programs.ours import document, steps_in
+from .programs import ours, settings
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
 WITHIN, SHARE = 10.0, 0.95
@@ -33,31 +32,16 @@ RESULT = reference.RESULTS / "contract.json"
 
 
 def scene_of(case: Case, tolerance: float) -> Scene:
-    """Return a case as a scene that asks for a tolerance; its steps divide all periods."""
-    periods = [case.output_period] + ([case.moments.period] if case.moments else [])
-    step = float(np.gcd.reduce([round(p * 1e9) for p in periods])) * 1e-9
-    numerics = {"step": step, "tolerance": tolerance}
-    made = document(case, {"order": 1, "step": step}) | {"numerics": numerics}
-    return parse_scene(yaml.safe_dump(made), f"{case.name}.yaml")
-
-
-def drive_of(case: Case, step_ns: int) -> Drive:
-    """Return the commands of a case and the instants at which its tip is compared."""
-    every = steps_in(case.output_period, step_ns)
-    starts, rows = np.zeros(0, dtype=np.int64), np.zeros((0, 0))
-    if case.moments:
-        rows = np.array(case.moments.values)
-        starts = np.arange(len(rows)) * steps_in(case.moments.period, step_ns)
-    elif case.tendon:
-        starts, rows = np.zeros(1, dtype=np.int64), np.array([[case.tendon.tension]])
-    return Drive(starts, rows, case.outputs * every, every)
+    """Return a case as a scene that asks for a tolerance."""
+    step = settings.dividing(case, case.output_period)
+    return ours.scene_of(case, {"tolerance": tolerance, "step": step})
 
 
 def entry_of(case: Case, tolerance: float) -> dict[str, Any]:
     """Choose, run, compare."""
     exact, agreement = reference.load(case)
     scene = scene_of(case, tolerance)
-    drive = drive_of(case, round(scene.numerics.step * 1e9))
+    drive = ours.drive_of(case, round(scene.numerics.step * 1e9))
     entry: dict[str, Any] = {"case": case.name, "tolerance": tolerance}
     begin = time.process_time()
     try:
@@ -86,9 +70,9 @@ def entry_of(case: Case, tolerance: float) -> dict[str, Any]:
     }
 
 
-def main() -> int:
-    """Measure, print, write, judge."""
-    names = sys.argv[1:] or list(CASES)
+def main(names: Sequence[str]) -> int:
+    """Measure some cases, all by default; print, write, judge."""
+    names = list(names) or list(CASES)
     here = machine.facts()
     entries = []
     print(
@@ -122,4 +106,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

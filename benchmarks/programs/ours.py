@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import yaml
 
+from soft_sim_ros.core.contract import choose
+from soft_sim_ros.core.drive import Drive
 from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.errors import Diverged
+from soft_sim_ros.errors import Diverged, ToleranceMissed
 from soft_sim_ros.scene import Scene, parse_scene
 
 from ..cases import Case
@@ -23,7 +25,8 @@ AXES = {"y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 class Run:
     """The tip (outputs, 3) in m of a run, its cost in s (wall and CPU), and how it ended.
 
-    estimate : the run's own estimate of its error over the length, where it makes one
+    estimate, search : with a tolerance, the own estimate of the error over the length, and CPU s
+        that choosing the numerics took
     """
 
     tip: np.ndarray
@@ -34,6 +37,7 @@ class Run:
     counters: dict[str, int] | None = None
     cpu: float | None = None
     estimate: float | None = None
+    search: float | None = None
 
 
 def numerics(case: Case, settings: dict[str, Any]) -> dict[str, Any]:
@@ -163,6 +167,18 @@ def follow(case: Case, simulation: Simulation) -> np.ndarray:
     return tip
 
 
+def drive_of(case: Case, step_ns: int) -> Drive:
+    """Return the commands of a case and the instants at which its tip is compared."""
+    every = steps_in(case.output_period, step_ns)
+    starts, rows = np.zeros(0, dtype=np.int64), np.zeros((0, 0))
+    if case.moments:
+        rows = np.array(case.moments.values)
+        starts = np.arange(len(rows)) * steps_in(case.moments.period, step_ns)
+    elif case.tendon:
+        starts, rows = np.zeros(1, dtype=np.int64), np.array([[case.tendon.tension]])
+    return Drive(starts, rows, case.outputs * every, every)
+
+
 def run(case: Case, settings: dict[str, Any], repeats: int = 5, patience: float = 2.0) -> Run:
     """Run a case; the cost is the best of up to ``repeats`` runs within ``patience`` s.
 
@@ -170,6 +186,15 @@ def run(case: Case, settings: dict[str, Any], repeats: int = 5, patience: float 
     thread: another one may be reading what a peer says.
     """
     scene = scene_of(case, settings)
+    estimate, search = None, None
+    if "tolerance" in settings:
+        begin_cpu = time.thread_time()
+        try:
+            choice = choose(scene, drive_of(case, round(scene.numerics.step * 1e9)))
+        except ToleranceMissed as missed:
+            return Run(np.zeros((0, 3)), 0.0, 0, "refused", str(missed), estimate=missed.estimate)
+        scene, estimate = choice.scene, choice.estimate
+        search = time.thread_time() - begin_cpu
     best, cpu, spent, tip = np.inf, np.inf, 0.0, np.zeros((0, 3))
     simulation = Simulation(scene)
     with suppress(Diverged):  # the timed run will say so
@@ -188,4 +213,6 @@ def run(case: Case, settings: dict[str, Any], repeats: int = 5, patience: float 
         if spent > patience:
             break
     counters = simulation.statistics()._asdict()
-    return Run(tip, best, simulation.n_coordinates, "completed", counters=counters, cpu=cpu)
+    return Run(
+        tip, best, simulation.n_coordinates, "completed", "", counters, cpu, estimate, search
+    )

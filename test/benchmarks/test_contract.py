@@ -3,7 +3,8 @@
 import pytest
 
 from benchmarks.cases import CASES
-from benchmarks.contract import drive_of, entry_of, scene_of
+from benchmarks.contract import entry_of, scene_of
+from benchmarks.programs.ours import drive_of
 
 
 @pytest.mark.parametrize("case", ["tendon_step", "planar_pcs"])
