@@ -8,7 +8,7 @@ import time
 
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.errors import Diverged
-from soft_sim_ros.node import simulate
+from soft_sim_ros.node import prepare, simulate
 
 FAULT, AFTER = os.environ["FAULT"], float(os.environ.get("AFTER", "0.2"))
 
@@ -32,5 +32,5 @@ class FaultyArm(Simulation):
         super().advance(steps)
 
 
-simulate.Simulation = FaultyArm
+prepare.Simulation = FaultyArm
 sys.exit(simulate.main())
