@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..errors import Diverged, SceneError, StaticsFailed
+from ..errors import Diverged
 from ..scene import Scene
-from . import se3
 from .dynamics import Dynamics
-from .element import Element
+from .initial import check_mass, initial_state
 from .integrators import method_of
 from .kernels.entry import Entry
 from .kernels.newton import REASONS
@@ -37,7 +35,6 @@ from .kernels.problem import (
 )
 from .model import Floats, in_its_plane
 from .sampler import Sampler
-from .statics import equilibrium
 
 LEDGER = (
     "kinetic",
@@ -48,8 +45,6 @@ LEDGER = (
     "dissipated",
     "residual",
 )
-# Beyond this many coordinates the mass matrix is not looked at as a whole.
-MASS_CHECKED = 600
 
 
 class Statistics(NamedTuple):
@@ -138,8 +133,8 @@ class Simulation:
             calls=np.zeros(5, dtype=np.int64),
         )
         self._entry = Entry(self._problem, self.dynamics.calls())
-        self._start = self._initial_state()
-        self._check_mass(self._start[0])
+        self._start = initial_state(self.dynamics, self._efforts)
+        check_mass(self.dynamics, self._start[0])
         self.reset()
 
     @property
@@ -151,79 +146,6 @@ class Simulation:
     def time(self) -> float:
         """Simulation time in s."""
         return self.time_ns / 1e9
-
-    def _initial_state(self) -> tuple[Floats, Floats]:
-        """Return q, v of the scene's initial state."""
-        initial, chain = self.scene.initial, self.compiled.chain
-        q, v = np.zeros(self.n_coordinates), np.zeros(self.n_coordinates)
-        given = np.zeros(self.n_coordinates, dtype=bool)
-        for name, value in initial.positions.items():
-            columns = chain.columns(name)
-            q[columns], given[columns] = value, True
-        for name, value in initial.velocities.items():
-            v[chain.columns(name)] = value
-        for first in self.model.chart:
-            # what is given is the angular velocity in the frame after the joint
-            tangent = se3.right_tangent(np.concatenate([q[first : first + 3], np.zeros(3)]))[:3, :3]
-            v[first : first + 3] = np.linalg.solve(tangent, v[first : first + 3])
-        for _ in self.model.free:
-            turn = se3.exp(np.concatenate([q[:3], np.zeros(3)]))[:3, :3]
-            v[3:6] = turn @ v[3:6]
-        for name, offset in initial.strains.items():
-            rod, section = name.split("/")
-            for element in chain.rods[rod].elements:
-                if element.section.name == section:
-                    self._impose(element, offset, q)
-        if initial.state == "equilibrium":
-            # joints with a given position hold it: what is asked for is the shape around them
-            try:
-                q = equilibrium(self.dynamics, q, efforts=self._efforts, free=~given)
-            except StaticsFailed as failure:
-                raise self._explained(failure, given) from None
-        return q, v
-
-    def _explained(self, failure: StaticsFailed, given: NDArray[np.bool_]) -> StaticsFailed:
-        """Return the failure with the joints that nothing holds, or what else may be done."""
-        diagonal = np.diag(self.dynamics.stiffness_matrix())
-        loose = [
-            name
-            for name, columns in self.compiled.chain.joints.items()
-            if np.any((diagonal[columns] == 0.0) & ~given[columns])
-        ]
-        advice = "start from initial.state: reference and let it fall"
-        if loose:
-            keys = ", ".join(f"initial.positions.{name}" for name in loose)
-            advice = f"joints without stiffness can be held by {keys}"
-        why = f"{failure.why}; {advice}" if failure.why else advice
-        return StaticsFailed(failure.load_factor, failure.residual, failure.time, why)
-
-    @staticmethod
-    def _impose(element: Element, offset: Floats, q: Floats) -> None:
-        """Set the coordinates of an element so that its strain is ξ₀ + offset throughout."""
-        s = np.linspace(*element.span, 50)[1:-1]
-        for columns in element.columns:
-            component, first, count = columns
-            phi = element.values(columns, s)
-            solution = np.linalg.lstsq(phi, np.full(len(s), offset[component]), rcond=None)[0]
-            used = np.any(phi != 0.0, axis=0)
-            q[first : first + count][used] = solution[used]
-
-    def _check_mass(self, q: Floats) -> None:
-        """Refuse coordinates that move no mass: their motion has no equation."""
-        if not 0 < self.n_coordinates <= MASS_CHECKED:
-            return
-        mass = self.dynamics.mass_matrix(q)
-        diagonal = np.diag(mass)
-        worst = int(np.argmin(diagonal))
-        vanishes = not diagonal[worst] > 0.0
-        if not vanishes:
-            # in these units every coordinate has unit mass: what vanishes is a combination of them
-            values, shapes = np.linalg.eigh(mass / np.sqrt(np.outer(diagonal, diagonal)))
-            worst, vanishes = int(np.argmax(np.abs(shapes[:, 0]))), not values[0] > 1e-14
-        if vanishes:
-            name = self.coordinate_names[worst]
-            expected = f"a mass that its coordinate {name!r} moves (more nodes, or a body after it)"
-            raise SceneError(self.scene.file, "bodies", self.scene.name, expected)
 
     def reset(self) -> None:
         """Go back to the initial state, with safe efforts and no wrench at the tip.
