@@ -16,7 +16,7 @@ import numpy as np
 
 from soft_sim_ros import __version__
 
-from . import contract, convergence, machine, plots, reference, scaling, schedule, table
+from . import convergence, machine, plots, reference, scaling, schedule, table
 from .cases import CASES, Case
 from .programs import ours, peers, settings
 
@@ -114,7 +114,6 @@ def main() -> None:
     if not given.only_cases:
         convergence.main()
         scaling.main(given.programs)
-        contract.main([])
     plots.main()
     table.main()
     print(f"done in {(time.monotonic() - begin) / 60:.1f} min: {reference.RESULTS}")

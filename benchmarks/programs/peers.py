@@ -17,9 +17,7 @@ from .environments import PINS, clean, interpreter
 HERE = Path(__file__).parent
 ENVIRONMENT = {"pyelastica": "elastica", "soromox": "soromox"}
 # CPU s for one timed run, and for all runs of one case with everything that surrounds them
-LIMITS = {"pyelastica": (75, 240), "soromox": (60, 170)}
-# where a peer would reach 1e-3 of the length soon after
-LONGER = {("pyelastica", "heavy_arm"): (240, 480)}
+LIMITS = {"pyelastica": (75, 160), "soromox": (60, 150)}
 
 
 def version(program: str) -> str:
@@ -61,7 +59,7 @@ def runs(
 
     What the time allowed does not reach is said to be skipped.
     """
-    each, everything = LONGER.get((program, case.name), LIMITS[program])
+    each, everything = LIMITS[program]
     python = interpreter(ENVIRONMENT[program])
     command = [str(python), str(HERE / f"child_{program}.py")]
     child = subprocess.Popen(
