@@ -144,6 +144,13 @@ def parts(cpu: Floats, work: Floats) -> dict[str, float]:
     return dict(zip(("step", "evaluation", "factorisation"), cost.tolist(), strict=True))
 
 
+def percentiles(values: np.ndarray) -> dict[str, float]:
+    """Return the median, two high percentiles and the largest of some values (N,)."""
+    names = ("p50", "p99", "p99.9", "max")
+    found = np.percentile(values, (50, 99, 99.9, 100))
+    return {name: float(value) for name, value in zip(names, found, strict=True)}
+
+
 def measured(integrator: str, given: Input, duration: float, reference: Floats) -> dict[str, Any]:
     """Return one row."""
     simulation = arm(integrator, STEP)
@@ -160,22 +167,8 @@ def measured(integrator: str, given: Input, duration: float, reference: Floats) 
         "input": given.name,
         "simulated_s": duration,
         "times_real_time": duration / best,
-        "step_wall_us": {
-            name: float(value)
-            for name, value in zip(
-                ("p50", "p99", "p99.9", "max"),
-                np.percentile(wall, (50, 99, 99.9, 100)),
-                strict=True,
-            )
-        },
-        "step_cpu_us": {
-            name: float(value)
-            for name, value in zip(
-                ("p50", "p99", "p99.9", "max"),
-                np.percentile(cpu, (50, 99, 99.9, 100)),
-                strict=True,
-            )
-        },
+        "step_wall_us": percentiles(wall),
+        "step_cpu_us": percentiles(cpu),
         "steps_over_1_ms": int(over.sum()),
         "of_them_interrupted": int((over & (cpu < 0.5 * wall)).sum()),
         "evaluations_per_step": (after.evaluations - before.evaluations) / steps,

@@ -96,8 +96,10 @@ def choose(
             chosen = replace(scene, numerics=fixed, source=source_with(scene, fixed))
             return Choice(chosen, estimate, rounds)
         stuck = stuck + 1 if estimate > before / GAIN else 0
+        if stuck == PATIENCE:
+            break
         refined = search.refined(numerics)
-        if refined == numerics or stuck == PATIENCE:
+        if refined == numerics:
             break
         numerics = refined
     if search.failure is not None:
