@@ -35,11 +35,14 @@ from .dual import (
     spherical,
 )
 from .jit import algebra
+from .lanes import WIDTH, keep_one, lane, largest_lane, one
 
 # Above this squared angle the trigonometric start is accurate; below it the series of c8 and c9
 # converges fast.
 SERIES_LIMIT = 4.0
 TERMS = 13
+# Four at once: beyond half a turn, at which a rod is refused, only hinges go.
+LANES_LIMIT = 10.0
 EVEN = tuple(1.0 / ((2 * j + 7) * (2 * j + 8)) for j in range(TERMS + 1))
 ODD = tuple(1.0 / ((2 * j + 8) * (2 * j + 9)) for j in range(TERMS + 1))
 
@@ -76,6 +79,46 @@ def stumpff(x):
         c8 = (1.0 / 720.0 - c6) / x
         c9 = (1.0 / 5040.0 - c7) / x
     return (c0, c1, c2, c3, c4, c5, c6, c7, c8, c9)
+
+
+@algebra
+def stumpff_lanes(x, out, b):
+    """Keep (c0 … c7) of four x ≥ 0 in row b of out (…, 32)."""
+    bound = largest_lane(x)
+    if bound < LANES_LIMIT:
+        terms = 3 if bound < 1e-3 else (5 if bound < 0.1 else (8 if bound < 1.0 else TERMS))
+        c8, c9 = 1.0 - x * EVEN[terms], 1.0 - x * ODD[terms]
+        for j in range(terms - 1, 0, -1):
+            c8 = 1.0 - x * EVEN[j] * c8
+            c9 = 1.0 - x * ODD[j] * c9
+        c7 = 1.0 / 5040.0 - x * c9 * (1.0 / 362880.0)
+        c6 = 1.0 / 720.0 - x * c8 * (1.0 / 40320.0)
+        c5 = 1.0 / 120.0 - x * c7
+        c4 = 1.0 / 24.0 - x * c6
+        c3 = 1.0 / 6.0 - x * c5
+        c2 = 0.5 - x * c4
+        keep_one(out, b, 0, 1.0 - x * c2)
+        keep_one(out, b, 4, 1.0 - x * c3)
+        keep_one(out, b, 8, c2)
+        keep_one(out, b, 12, c3)
+        keep_one(out, b, 16, c4)
+        keep_one(out, b, 20, c5)
+        keep_one(out, b, 24, c6)
+        keep_one(out, b, 28, c7)
+    else:
+        for i in range(WIDTH):
+            c = stumpff(lane(x, i))
+            for j in range(8):
+                out[b, WIDTH * j + i] = c[j]
+
+
+@algebra
+def kept_stumpff(out, b):
+    """Return what ``stumpff_lanes`` kept in row b."""
+    return (
+        one(out, b, 0), one(out, b, 4), one(out, b, 8), one(out, b, 12),
+        one(out, b, 16), one(out, b, 20), one(out, b, 24), one(out, b, 28),
+    )  # fmt: skip
 
 
 @algebra

@@ -27,7 +27,15 @@ from .dual import (
 )
 from .fibres import fibre_forces
 from .jit import algebra, bare, kernel, unit
-from .rotation import cotangent_apply, exp_translation, rotation_exp, stumpff, tangent_apply
+from .lanes import WIDTH, each, four, keep_four, keep_six, lanes_from, six
+from .rotation import (
+    cotangent_apply,
+    exp_translation,
+    kept_stumpff,
+    rotation_exp,
+    stumpff_lanes,
+    tangent_apply,
+)
 from .spaces import (
     keep_polar,
     keep_rotation,
@@ -72,11 +80,43 @@ def strains(model, data, q, v, a):
 
 
 @algebra
+def relative_motion(model, data):
+    """Fill what the motion over a segment is, by its own strains; data.xi must be filled."""
+    space = model.space
+    count = len(model.half)
+    for k in range(0, count, WIDTH):
+        rows = lanes_from(k, count)
+        half, kappa = each(model.half, rows, 0), each(model.kappa, rows, 0)
+        x1, x2 = twist_of(space, six(data.xi, rows, 0)), twist_of(space, six(data.xi, rows, 18))
+        u1, u2 = twist_of(space, six(data.xi, rows, 6)), twist_of(space, six(data.xi, rows, 24))
+        z1, z2 = twist_of(space, six(data.xi, rows, 12)), twist_of(space, six(data.xi, rows, 30))
+        omega = dadd(rscale(half, dadd(x1, x2)), rscale(kappa, dcross(x1, x2)))
+        bracket = dadd(dcross(u1, x2), dcross(x1, u2))
+        u = dadd(rscale(half, dadd(u1, u2)), rscale(kappa, bracket))
+        bracket = dadd(dadd(dcross(z1, x2), dcross(x1, z2)), rscale(2.0, dcross(u1, u2)))
+        z = dadd(rscale(half, dadd(z1, z2)), rscale(kappa, bracket))
+        keep_six(data.omega, rows, 0, omega[0], omega[1])
+        keep_six(data.omega, rows, 6, u[0], u[1])
+        keep_six(data.omega, rows, 12, z[0], z[1])
+        stumpff_lanes(dot(omega[0], omega[0]), data.series, k // WIDTH)
+        c = kept_stumpff(data.series, k // WIDTH)
+        turn = rotation_exp(omega[0], c)
+        shift = exp_translation(omega[0], omega[1], c)
+        keep_four(data.relative, rows, 0, (turn[0], turn[1], turn[2], turn[3]))
+        keep_four(data.relative, rows, 4, (turn[4], turn[5], turn[6], turn[7]))
+        keep_four(data.relative, rows, 8, (turn[8], shift[0], shift[1], shift[2]))
+        velocity, rate = tangent_apply(omega, u, z, c)
+        keep_six(data.step, rows, 0, velocity[0], velocity[1])
+        keep_six(data.step, rows, 6, rate[0], rate[1])
+
+
+@algebra
 def kinematics(model, data):
     """Carry twist and acceleration from base to tip; data.xi must be filled.
 
     data.acc is the acceleration minus gravity, which makes weight an inertial force.
     """
+    relative_motion(model, data)
     space = model.space
     gravity = polar_of(space, data.gravity)
     eta = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
@@ -84,29 +124,8 @@ def kinematics(model, data):
     keep_twist(space, data.eta[0], eta)
     keep_twist(space, data.acc[0], acc)
     for k in range(len(model.half)):
-        half, kappa = model.half[k], model.kappa[k]
-        x1, x2 = twist_of(space, data.xi[k, 0, 0]), twist_of(space, data.xi[k, 1, 0])
-        u1, u2 = twist_of(space, data.xi[k, 0, 1]), twist_of(space, data.xi[k, 1, 1])
-        z1, z2 = twist_of(space, data.xi[k, 0, 2]), twist_of(space, data.xi[k, 1, 2])
-        omega, u, z = (
-            rscale(half, dadd(x1, x2)),
-            rscale(half, dadd(u1, u2)),
-            rscale(half, dadd(z1, z2)),
-        )
-        if kappa != 0.0:
-            omega = dadd(omega, rscale(kappa, dcross(x1, x2)))
-            u = dadd(u, rscale(kappa, dadd(dcross(u1, x2), dcross(x1, u2))))
-            bracket = dadd(dcross(z1, x2), dcross(x1, z2))
-            z = dadd(z, rscale(kappa, dadd(bracket, rscale(2.0, dcross(u1, u2)))))
-        keep_twist(space, data.omega[k, 0], omega)
-        keep_twist(space, data.omega[k, 1], u)
-        keep_twist(space, data.omega[k, 2], z)
-        c = stumpff(dot(omega[0], omega[0]))
-        turn = rotation_exp(omega[0], c)
-        shift = exp_translation(omega[0], omega[1], c)
-        keep_rotation(space, data.relative[k], turn)
-        keep_polar(space, data.relative[k, 9:], shift)
-        velocity, rate = tangent_apply(omega, u, z, c)
+        turn, shift = rotation_of(space, data.relative[k]), polar_of(space, data.relative[k, 9:])
+        velocity, rate = twist_of(space, data.step[k]), twist_of(space, data.step[k, 6:])
         # η⁺ = Ad⁻¹η + v,  η̇⁺ = Ad⁻¹η̇ − [v, Ad⁻¹η] + v̇
         carried = (apply_t(turn, eta[0]), apply_t(turn, sub(eta[1], cross(shift, eta[0]))))
         acc = (apply_t(turn, acc[0]), apply_t(turn, sub(acc[1], cross(shift, acc[0]))))
@@ -129,17 +148,27 @@ def place(model, data):
 
 
 @algebra
+def inertial_wrenches(model, data):
+    """Fill data.wrench with that of the inertia and weight of every node alone."""
+    space = model.space
+    count = len(model.inertia)
+    for k in range(0, count, WIDTH):
+        rows = lanes_from(k, count)
+        mass, j1, j2, j3 = four(model.inertia, rows, 0)
+        eta, acc = twist_of(space, six(data.eta, rows, 0)), twist_of(space, six(data.acc, rows, 0))
+        force = scale(mass, add(acc[1], cross(eta[0], eta[1])))
+        spin = (j1 * eta[0][0], j2 * eta[0][1], j3 * eta[0][2])
+        moment = add((j1 * acc[0][0], j2 * acc[0][1], j3 * acc[0][2]), cross(eta[0], spin))
+        keep_six(data.wrench, rows, 0, moment, force)
+
+
+@algebra
 def node_wrench(model, data, k):
     """Return inertial minus external wrench of node k in its own frame, as N + εM."""
     space = model.space
-    mass = model.inertia[k, 0]
-    eta, acc = twist_of(space, data.eta[k]), twist_of(space, data.acc[k])
-    force = scale(mass, add(acc[1], cross(eta[0], eta[1])))
-    j1, j2, j3 = model.inertia[k, 1], model.inertia[k, 2], model.inertia[k, 3]
-    spin = (j1 * eta[0][0], j2 * eta[0][1], j3 * eta[0][2])
-    moment = add((j1 * acc[0][0], j2 * acc[0][1], j3 * acc[0][2]), cross(eta[0], spin))
+    force, moment = wrench_of(space, data.wrench[k])
     if len(model.drag) > 0:
-        pull, twist = drag_wrench(model, k, eta)
+        pull, twist = drag_wrench(model, k, twist_of(space, data.eta[k]))
         force, moment = add(force, pull), add(moment, twist)
     if data.active[0] != 0:
         rotation, dead = rotation_of(space, data.rotation[k]), wrench_of(space, data.dead[k])
@@ -152,35 +181,52 @@ def node_wrench(model, data, k):
 
 
 @algebra
-def project(model, data, r):
-    """Carry wrenches from tip to base and add their projection on the coordinates to r."""
+def carry_wrenches(model, data):
+    """Sum up wrenches from tip to base: data.wrench becomes what acts from a node to the tip."""
     space = model.space
     segments = len(model.half)
     wrench = node_wrench(model, data, segments)
     keep_wrench(space, data.wrench[segments], wrench)
     for k in range(segments - 1, -1, -1):
-        if model.entry_ptr[k + 1] > model.entry_ptr[k]:
-            omega = twist_of(space, data.omega[k, 0])
-            y = cotangent_apply(omega, wrench, stumpff(dot(omega[0], omega[0])))
-            half, kappa = model.half[k], model.kappa[k]
-            f1 = rscale(half, y)
-            f2 = f1
-            if kappa != 0.0:
-                x1, x2 = twist_of(space, data.xi[k, 0, 0]), twist_of(space, data.xi[k, 1, 0])
-                f1 = dadd(f1, rscale(kappa, dcross(x2, y)))
-                f2 = dsub(f2, rscale(kappa, dcross(x1, y)))
-            w1 = (f1[1][0], f1[1][1], f1[1][2], f1[0][0], f1[0][1], f1[0][2])
-            w2 = (f2[1][0], f2[1][1], f2[1][2], f2[0][0], f2[0][1], f2[0][2])
-            for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
-                comp = model.entry_comp[e]
-                r[model.entry_col[e]] += (
-                    model.entry_phi[e, 0] * w1[comp] + model.entry_phi[e, 1] * w2[comp]
-                )
         turn, shift = rotation_of(space, data.relative[k]), polar_of(space, data.relative[k, 9:])
         force = apply(turn, wrench[0])
         moment = add(apply(turn, wrench[1]), cross(shift, force))
         wrench = dadd((force, moment), node_wrench(model, data, k))
         keep_wrench(space, data.wrench[k], wrench)
+
+
+@algebra
+def dual_forces(model, data):
+    """Fill data.dual: what the wrench beyond every segment does per unit of its strains."""
+    space = model.space
+    count = len(model.half)
+    for k in range(0, count, WIDTH):
+        rows = lanes_from(k, count)
+        half, kappa = each(model.half, rows, 0), each(model.kappa, rows, 0)
+        omega = twist_of(space, six(data.omega, rows, 0))
+        x1, x2 = twist_of(space, six(data.xi, rows, 0)), twist_of(space, six(data.xi, rows, 18))
+        beyond = lanes_from(k + 1, count + 1)
+        wrench = wrench_of(space, six(data.wrench, beyond, 0))
+        y = cotangent_apply(omega, wrench, kept_stumpff(data.series, k // WIDTH))
+        f1 = dadd(rscale(half, y), rscale(kappa, dcross(x2, y)))
+        f2 = dsub(rscale(half, y), rscale(kappa, dcross(x1, y)))
+        keep_six(data.dual, rows, 0, f1[1], f1[0])
+        keep_six(data.dual, rows, 6, f2[1], f2[0])
+
+
+@algebra
+def project(model, data, r):
+    """Carry wrenches from tip to base and add their projection on the coordinates to r."""
+    inertial_wrenches(model, data)
+    carry_wrenches(model, data)
+    dual_forces(model, data)
+    for k in range(len(model.half)):
+        for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
+            comp = model.entry_comp[e]
+            r[model.entry_col[e]] += (
+                model.entry_phi[e, 0] * data.dual[k, comp]
+                + model.entry_phi[e, 1] * data.dual[k, 6 + comp]
+            )
 
 
 @kernel
