@@ -120,7 +120,7 @@ class Data(NamedTuple):
     xi: Floats  # (S, 2, 3, 6) strain, rate, acceleration at the Gauss points
     omega: Floats  # (S, 3, 6) Ω and its two time derivatives
     relative: Floats  # (S, 12) rotation by rows, translation of exp(Ω)
-    series: Floats  # (⌈S/4⌉, 32) Stumpff functions c0 … c7 of four segments each
+    series: Floats  # (⌈S/4⌉, 40) Stumpff functions c0 … c9 of four segments each
     step: Floats  # (S, 12) T(Ω)Ω̇, the twist a segment adds, and its rate
     dual: Floats  # (S, 12) wrenches dual to the strains at both Gauss points
     rotation: Floats  # (S + 1, 9) node orientation in the base frame
@@ -147,7 +147,7 @@ def new_data(model: Model) -> Data:
         xi=np.zeros((segments, 2, 3, 6)),
         omega=np.zeros((segments, 3, 6)),
         relative=np.zeros((segments, 12)),
-        series=np.zeros((-(-segments // 4), 32)),
+        series=np.zeros((-(-segments // 4), 40)),
         step=np.zeros((segments, 12)),
         dual=np.zeros((segments, 12)),
         rotation=np.zeros((nodes, 9)),

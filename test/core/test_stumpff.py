@@ -7,6 +7,7 @@ import pytest
 
 from soft_sim_ros.core.kernels import rotation
 from soft_sim_ros.core.kernels.jit import unit
+from soft_sim_ros.core.kernels.lanes import one
 
 ANGLES = np.concatenate([[0.0], np.logspace(-9, 1.2, 200), [math.pi, 2 * math.pi, 1.9999, 2.0001]])
 
@@ -45,3 +46,24 @@ def test_derivatives_match_the_series(k, order):
     for angle in ANGLES[ANGLES < 7]:
         expected = float(series(k, angle**2, order))
         assert function(k, stumpff(angle**2)) == pytest.approx(expected, abs=1e-11)
+
+
+@unit
+def four_at_once(x, out):
+    """Fill out (1, 40) with the functions of x (1, 4)."""
+    rotation.stumpff_lanes(one(x, 0, 0), out, 0)
+
+
+@pytest.mark.parametrize("largest", [0.0, 9e-4, 1.1e-3, 0.09, 0.11, 0.9, 1.1, 5.0, 9.9, 10.1, 40.0])
+def test_four_at_once_match_the_series(largest):
+    """On both sides of every change of the way they are computed, and whatever the neighbours."""
+    x = largest * np.array([[1.0, 0.3, 0.0, 0.999]])
+    out = np.empty((1, 40))
+    four_at_once(x, out)
+    for i in range(4):
+        expected = np.array([float(series(k, x[0, i])) for k in range(10)])
+        bound = np.array([1.0 / math.factorial(k) for k in range(10)])
+        if largest < 10.0:
+            assert (np.abs(out[0, i::4] - expected) <= 2e-16 * (1.0 + x[0, i]) * bound).all()
+        else:
+            assert np.array_equal(out[0, i::4], stumpff(x[0, i]))

@@ -9,7 +9,7 @@ import numpy as np
 
 from .friction import TENSION, capstan, capstan_tangent
 from .jit import bare, kernel, unit
-from .products import add_entries
+from .products import add_entries, padded
 from .tendons import (
     add_length,
     add_length_rate,
@@ -80,14 +80,14 @@ def tendon_tangent(model, data, i, alpha, system):
         return
     rubs = model.friction[i, 0] != 0.0
     column = model.couple_ptr[i]
-    hessian = np.zeros((2, 2, 6, 6))
+    hessian = np.zeros((12, 12))
     if rubs:
         capstan(model, data, i, tension)
     for p in range(model.tendon_ptr[i], model.tendon_ptr[i + 1]):
         k = model.tendon_seg[p]
         for g in range(2):
             here = data.station[p, g, TENSION] if rubs else tension
-            length_hessian(model, data, p, g, here, hessian[g, g])
+            length_hessian(model, data, p, g, here, hessian)
             if stiffness != 0.0:
                 add_length(model, data, p, g, here / tension, system.left[column])
                 add_length(model, data, p, g, alpha[0] * stiffness, system.right[column])
@@ -95,8 +95,12 @@ def tendon_tangent(model, data, i, alpha, system):
         if alpha[0] != 0.0:
             b = model.seg_block[k]
             begin, m = model.block_col[b], model.block_col[b + 1] - model.block_col[b]
+            added = np.zeros((m, padded(m)))
+            add_entries(model, k, begin, alpha[0], hessian, np.zeros((12, padded(m))), added)
             block = system.diagonal[system.offset[b] : system.offset[b + 1]].reshape((m, m))
-            add_entries(model, k, begin, alpha[0], hessian, block)
+            for row in range(m):
+                for col in range(m):
+                    block[row, col] += added[row, col]
     if rubs:
         if model.winch[i, 0] != 0.0:
             column += 1

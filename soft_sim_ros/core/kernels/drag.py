@@ -15,13 +15,12 @@ def drag_wrench(model, k, eta):
 
 
 @kernel
-def drag_matrices(model, k, rotation, p):
-    """Return the angular, arm and linear 3x3 blocks of D in the base frame.
+def drag_matrices(d, rotation, p):
+    """Return the angular, arm and linear 3x3 blocks of D in the base frame; d of model.drag.
 
     They act on the rate of a variation: the body twist varies by the body components of ζ̇
     (theory.md), so no other term is left.
     """
-    d = model.drag[k]
     scaled = (
         rotation[0] * d[1],
         rotation[1] * d[2],

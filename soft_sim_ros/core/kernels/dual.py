@@ -244,12 +244,6 @@ def dspherical(s):
     return (spherical(s[0]), spherical(s[1]))
 
 
-@algebra
-def dapply_t(m, a):
-    """Return the product of the transposed dual matrix and a dual vector."""
-    return (apply_t(m[0], a[0]), add(apply_t(m[0], a[1]), apply_t(m[1], a[0])))
-
-
 # ---- arrays -----------------------------------------------------------------------------------
 
 

@@ -94,7 +94,7 @@ _binary(operator.mul, "fmul")
 _binary(operator.truediv, "fdiv")
 
 
-class _Negation(ConcreteTemplate):  # type: ignore[misc]
+class _Negation(ConcreteTemplate):
     key = operator.neg
     cases = (signature(LANES, LANES),)
 
@@ -105,6 +105,33 @@ infer_global(operator.neg)(_Negation)
 @lower_builtin(operator.neg, LANES)
 def _negate(_context, builder, _sig, args):
     return builder.fneg(args[0])
+
+
+@_intrinsic
+def fused(context, factor, b, c):  # noqa: ARG001
+    """Return factor · b + c, rounded once; factor: a number or lanes."""
+
+    def generate(context, builder, sig, args):
+        kind = ir.FunctionType(_VECTOR, [_VECTOR] * 3)
+        function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.fma.v{WIDTH}f64")
+        a = _vector(context, builder, sig.args[0], args[0])
+        return builder.call(function, [a, args[1], args[2]])
+
+    return LANES(factor, LANES, LANES), generate
+
+
+@_intrinsic
+def lanes_of(context, values):  # noqa: ARG001
+    """Return a tuple of lanes, of lanes and numbers."""
+
+    def generate(context, builder, sig, args):
+        parts = [
+            _vector(context, builder, kind, builder.extract_value(args[0], i))
+            for i, kind in enumerate(sig.args[0])
+        ]
+        return context.make_tuple(builder, sig.return_type, parts)
+
+    return types.UniTuple(LANES, len(values))(values), generate
 
 
 # ---- rows of arrays ----------------------------------------------------------------------------
@@ -161,18 +188,24 @@ def four(context, array, rows, at):  # noqa: ARG001
 
 
 @_intrinsic
-def keep_four(context, array, rows, at, values):  # noqa: ARG001
-    """Write four lanes, or numbers for all of them, as numbers ``at`` … ``at + 3`` of four rows."""
+def keep(context, array, rows, at, values):  # noqa: ARG001
+    """Write lanes, or numbers for all of them, as numbers ``at``, ``at + 1`` … of four rows.
+
+    At least four; the last four may overlap others.
+    """
 
     def generate(context, builder, sig, args):
         parts = [
             _vector(context, builder, kind, builder.extract_value(args[3], i))
             for i, kind in enumerate(sig.args[3])
         ]
-        for i, lanes in enumerate(_transposed(builder, parts)):
-            row = builder.extract_value(args[1], i)
-            place = _place(context, builder, sig.args[0], args[0], row, args[2])
-            builder.store(lanes, builder.bitcast(place, _VECTOR.as_pointer()), align=8)
+        firsts = [*range(0, len(parts) - WIDTH, WIDTH), len(parts) - WIDTH]
+        for first in firsts:
+            begin = builder.add(args[2], ir.Constant(args[2].type, first))
+            for i, lanes in enumerate(_transposed(builder, parts[first : first + WIDTH])):
+                row = builder.extract_value(args[1], i)
+                place = _place(context, builder, sig.args[0], args[0], row, begin)
+                builder.store(lanes, builder.bitcast(place, _VECTOR.as_pointer()), align=8)
         return context.get_dummy_value()
 
     return types.none(array, rows, types.intp, values), generate
@@ -243,7 +276,13 @@ def six(array, rows, at):
 
 
 @kernel
-def keep_six(array, rows, at, a, b):
-    """Write two vectors of lanes as numbers ``at`` … ``at + 5`` of four rows."""
-    keep_four(array, rows, at, (a[0], a[1], a[2], b[0]))
-    keep_four(array, rows, at + 2, (a[2], b[0], b[1], b[2]))
+def three(array, rows, at):
+    """Return numbers ``at`` … ``at + 2`` of four rows as three lanes, and read no others."""
+    return (each(array, rows, at), each(array, rows, at + 1), each(array, rows, at + 2))
+
+
+@kernel
+def nine(array, rows, at):
+    """Return numbers ``at`` … ``at + 8`` of four rows as nine lanes."""
+    a, b = four(array, rows, at), four(array, rows, at + 4)
+    return (a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], each(array, rows, at + 8))

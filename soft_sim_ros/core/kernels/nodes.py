@@ -1,4 +1,4 @@
-"""The matrices of one node, in the base frame, that the tangent needs."""
+"""The matrices of nodes, four at once, in the base frame, that the tangent needs."""
 
 from .drag import drag_matrices
 from .dual import (
@@ -16,27 +16,29 @@ from .dual import (
     transpose,
 )
 from .jit import algebra
-from .spaces import axial_of, keep_blocks, polar_of, rotation_of, twist_of
+from .lanes import four, lanes_of, nine, six, three
+from .maps import keep_blocks
+from .spaces import axial_of, polar_of, rotation_of, size_of, twist_of
 
 
 @algebra
-def node_matrices(model, data, k, inertia, gyro, turning):
-    """Fill the base-frame matrices I, G and D (rows, rows) of node k."""
+def node_matrices(model, data, rows, out, here):
+    """Fill rows ``here`` of out (4, 3 size, 8): I, G and D in the base frame of nodes ``rows``."""
     space = model.space
-    mass = model.inertia[k, 0]
-    rotation, p = rotation_of(space, data.rotation[k]), polar_of(space, data.position[k])
-    eta = twist_of(space, data.eta[k])
-    j = (model.inertia[k, 1], model.inertia[k, 2], model.inertia[k, 3])
+    mass, j1, j2, j3 = four(model.inertia, rows, 0)
+    rotation = rotation_of(space, nine(data.rotation, rows, 0))
+    p = polar_of(space, three(data.position, rows, 0))
+    eta = twist_of(space, six(data.eta, rows, 0))
     scaled = (
-        rotation[0] * j[0],
-        rotation[1] * j[1],
-        rotation[2] * j[2],
-        rotation[3] * j[0],
-        rotation[4] * j[1],
-        rotation[5] * j[2],
-        rotation[6] * j[0],
-        rotation[7] * j[1],
-        rotation[8] * j[2],
+        rotation[0] * j1,
+        rotation[1] * j2,
+        rotation[2] * j3,
+        rotation[3] * j1,
+        rotation[4] * j2,
+        rotation[5] * j3,
+        rotation[6] * j1,
+        rotation[7] * j2,
+        rotation[8] * j3,
     )
     central = mul(scaled, transpose(rotation))
     # spatial velocity and momentum
@@ -58,19 +60,25 @@ def node_matrices(model, data, k, inertia, gyro, turning):
     arm_rate = mscale(mass, skew(v_node))
     hm, hn = skew(h_moment), skew(push)
     # dead wrench and weight, turning with the section in body components: δF = ω × (…)
-    force, moment = scale(mass, polar_of(space, data.gravity)), (0.0, 0.0, 0.0)
+    force = lanes_of(scale(mass, polar_of(space, data.gravity)))
+    moment = lanes_of((0.0, 0.0, 0.0))
     if data.active[0] != 0:
-        force, moment = add(force, polar_of(space, data.dead[k, 3:])), axial_of(space, data.dead[k])
+        dead = six(data.dead, rows, 0)
+        force = lanes_of(add(force, polar_of(space, dead[3:])))
+        moment = lanes_of(axial_of(space, dead))
     fx = skew(force)
     turn_moment = madd(skew(moment), mul(px, fx))
     none = spherical(0.0)
-    turned = madd(angular_rate, mscale(-1.0, hm))
-    pushed, swung = madd(arm_rate, mscale(-1.0, hn)), mscale(-1.0, madd(arm_rate, hn))
-    dragged = none
+    turned = lanes_of(madd(angular_rate, mscale(-1.0, hm)))
+    pushed = lanes_of(madd(arm_rate, mscale(-1.0, hn)))
+    swung = lanes_of(mscale(-1.0, madd(arm_rate, hn)))
+    dragged = lanes_of(none)
     if len(model.drag) > 0:
-        drag_angular, drag_arm, dragged = drag_matrices(model, k, rotation, p)
+        drag_angular, drag_arm, drag_mass = drag_matrices(four(model.drag, rows, 0), rotation, p)
         turned, pushed = madd(turned, drag_angular), madd(pushed, drag_arm)
-        swung = madd(swung, mscale(-1.0, drag_arm))
-    keep_blocks(space, inertia, angular, arm, mscale(-1.0, arm), spherical(mass))
-    keep_blocks(space, gyro, turned, pushed, swung, dragged)
-    keep_blocks(space, turning, mscale(-1.0, turn_moment), none, mscale(-1.0, fx), none)
+        swung, dragged = madd(swung, mscale(-1.0, drag_arm)), lanes_of(drag_mass)
+    size = 8 * size_of(space)
+    keep_blocks(space, out, here, 0, (angular, arm, mscale(-1.0, arm), spherical(mass)))
+    keep_blocks(space, out, here, size, (turned, pushed, swung, dragged))
+    turn = (mscale(-1.0, turn_moment), none, mscale(-1.0, fx), none)
+    keep_blocks(space, out, here, 2 * size, turn)

@@ -1,74 +1,74 @@
 """Products of matrices with a row for every component of a twist.
 
-Written so that the inner loop runs along contiguous columns.
+Columns are padded to a multiple of four with zeros, and taken four at once.
 """
 
 from .jit import kernel
+from .lanes import WIDTH, fused, keep_one, lane, one
+from .maps import stack_of, weighed, weighed_down
+from .spaces import size_of
 
 
 @kernel
-def add_product(matrix, x, out, factor, size):
-    """Out += factor times matrix (size, size) times x (size, m)."""
-    for i in range(size):
-        for c in range(size):
-            s = factor * matrix[i, c]
-            for j in range(x.shape[1]):
-                out[i, j] += s * x[c, j]
+def padded(m):
+    """Return the next multiple of four."""
+    return (m + WIDTH - 1) // WIDTH * WIDTH
 
 
 @kernel
-def add_product_t(matrix, x, out, factor, size):
-    """Out += factor times transposed matrix (size, size) times x (size, m)."""
-    for i in range(size):
-        for c in range(size):
-            s = factor * matrix[c, i]
-            for j in range(x.shape[1]):
-                out[i, j] += s * x[c, j]
+def clear(a, count):
+    """Zero the first rows of a (…, padded m)."""
+    for i in range(count):
+        for j in range(0, a.shape[1], WIDTH):
+            keep_one(a, i, j, 0.0)
 
 
 @kernel
-def add_gram(left, right, matrix, size):
-    """Add leftᵀ right to matrix (m, m), left and right (size, m)."""
-    for i in range(left.shape[1]):
-        for c in range(size):
-            s = left[c, i]
-            for j in range(right.shape[1]):
-                matrix[i, j] += s * right[c, j]
+def accumulate(a, b, count):
+    """Add the first rows of b (…, padded m) to a."""
+    for i in range(count):
+        for j in range(0, a.shape[1], WIDTH):
+            keep_one(a, i, j, one(a, i, j) + one(b, i, j))
 
 
 @kernel
-def clear(a):
-    """Zero a three-dimensional array."""
-    for i in range(a.shape[0]):
-        for j in range(a.shape[1]):
-            for k in range(a.shape[2]):
-                a[i, j, k] = 0.0
+def add_product(space, matrix, at, factor, x, out):
+    """Out += factor times a matrix (rows ``at`` … of it) times x (≥ size, padded m)."""
+    for j in range(0, out.shape[1], WIDTH):
+        stack = stack_of(space, x, 0, j)
+        for i in range(size_of(space)):
+            keep_one(out, i, j, weighed(space, matrix, at, i, factor, stack, one(out, i, j)))
 
 
 @kernel
-def accumulate(a, b):
-    """Add matrix b to a."""
-    for i in range(a.shape[0]):
-        for j in range(a.shape[1]):
-            a[i, j] += b[i, j]
+def add_product_t(space, matrix, at, factor, x, out, begin, count):
+    """Rows ``begin`` … of out += factor times ``count`` rows of a transposed matrix times x."""
+    for j in range(0, out.shape[1], WIDTH):
+        stack = stack_of(space, x, 0, j)
+        for i in range(count):
+            total = one(out, begin + i, j)
+            total = weighed_down(space, matrix, at, i, factor, stack, total)
+            keep_one(out, begin + i, j, total)
 
 
 @kernel
-def accumulate3(a, b):
-    """Add b to a, three-dimensional arrays."""
-    for i in range(a.shape[0]):
-        accumulate(a[i], b[i])
+def add_entries(model, k, begin, factor, hessian, turned, block):
+    """Add factor times φᵀ H φ of segment k to its block (m, padded m).
 
-
-@kernel
-def add_entries(model, k, begin, factor, hessian, block):
-    """Add factor times φᵀ H φ of segment k to its block, H (2, 2, 6, 6) between Gauss points."""
+    hessian (12, 12) between strains at the Gauss points, transposed: row 6g + c is what all forces
+    do when strain c at Gauss point g changes. turned (12, padded m): scratch.
+    """
+    clear(turned, 12)
     for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
-        i, ci = model.entry_col[e] - begin, model.entry_comp[e]
-        p1, p2 = factor * model.entry_phi[e, 0], factor * model.entry_phi[e, 1]
-        for e2 in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
-            cj = model.entry_comp[e2]
-            t1, t2 = model.entry_phi[e2, 0], model.entry_phi[e2, 1]
-            block[i, model.entry_col[e2] - begin] += p1 * (
-                t1 * hessian[0, 0, ci, cj] + t2 * hessian[0, 1, ci, cj]
-            ) + p2 * (t1 * hessian[1, 0, ci, cj] + t2 * hessian[1, 1, ci, cj])
+        j, comp = model.entry_col[e] - begin, model.entry_comp[e]
+        t1, t2 = factor * model.entry_phi[e, 0], factor * model.entry_phi[e, 1]
+        for c in range(0, 12, WIDTH):
+            change = fused(t1, one(hessian, comp, c), t2 * one(hessian, 6 + comp, c))
+            for i in range(WIDTH):
+                turned[c + i, j] += lane(change, i)
+    for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
+        i, comp = model.entry_col[e] - begin, model.entry_comp[e]
+        p1, p2 = model.entry_phi[e, 0], model.entry_phi[e, 1]
+        for j in range(0, block.shape[1], WIDTH):
+            total = fused(p1, one(turned, comp, j), one(block, i, j))
+            keep_one(block, i, j, fused(p2, one(turned, 6 + comp, j), total))

@@ -83,7 +83,7 @@ def stumpff(x):
 
 @algebra
 def stumpff_lanes(x, out, b):
-    """Keep (c0 … c7) of four x ≥ 0 in row b of out (…, 32)."""
+    """Keep (c0 … c9) of four x ≥ 0 in row b of out (…, 40)."""
     bound = largest_lane(x)
     if bound < LANES_LIMIT:
         terms = 3 if bound < 1e-3 else (5 if bound < 0.1 else (8 if bound < 1.0 else TERMS))
@@ -91,8 +91,10 @@ def stumpff_lanes(x, out, b):
         for j in range(terms - 1, 0, -1):
             c8 = 1.0 - x * EVEN[j] * c8
             c9 = 1.0 - x * ODD[j] * c9
-        c7 = 1.0 / 5040.0 - x * c9 * (1.0 / 362880.0)
-        c6 = 1.0 / 720.0 - x * c8 * (1.0 / 40320.0)
+        c8 = c8 * (1.0 / 40320.0)
+        c9 = c9 * (1.0 / 362880.0)
+        c7 = 1.0 / 5040.0 - x * c9
+        c6 = 1.0 / 720.0 - x * c8
         c5 = 1.0 / 120.0 - x * c7
         c4 = 1.0 / 24.0 - x * c6
         c3 = 1.0 / 6.0 - x * c5
@@ -105,10 +107,12 @@ def stumpff_lanes(x, out, b):
         keep_one(out, b, 20, c5)
         keep_one(out, b, 24, c6)
         keep_one(out, b, 28, c7)
+        keep_one(out, b, 32, c8)
+        keep_one(out, b, 36, c9)
     else:
         for i in range(WIDTH):
             c = stumpff(lane(x, i))
-            for j in range(8):
+            for j in range(10):
                 out[b, WIDTH * j + i] = c[j]
 
 
@@ -116,8 +120,8 @@ def stumpff_lanes(x, out, b):
 def kept_stumpff(out, b):
     """Return what ``stumpff_lanes`` kept in row b."""
     return (
-        one(out, b, 0), one(out, b, 4), one(out, b, 8), one(out, b, 12),
-        one(out, b, 16), one(out, b, 20), one(out, b, 24), one(out, b, 28),
+        one(out, b, 0), one(out, b, 4), one(out, b, 8), one(out, b, 12), one(out, b, 16),
+        one(out, b, 20), one(out, b, 24), one(out, b, 28), one(out, b, 32), one(out, b, 36),
     )  # fmt: skip
 
 

@@ -27,7 +27,7 @@ from .dual import (
 )
 from .fibres import fibre_forces
 from .jit import algebra, bare, kernel, unit
-from .lanes import WIDTH, each, four, keep_four, keep_six, lanes_from, six
+from .lanes import WIDTH, each, four, keep, lanes_from, six
 from .rotation import (
     cotangent_apply,
     exp_translation,
@@ -95,19 +95,19 @@ def relative_motion(model, data):
         u = dadd(rscale(half, dadd(u1, u2)), rscale(kappa, bracket))
         bracket = dadd(dadd(dcross(z1, x2), dcross(x1, z2)), rscale(2.0, dcross(u1, u2)))
         z = dadd(rscale(half, dadd(z1, z2)), rscale(kappa, bracket))
-        keep_six(data.omega, rows, 0, omega[0], omega[1])
-        keep_six(data.omega, rows, 6, u[0], u[1])
-        keep_six(data.omega, rows, 12, z[0], z[1])
+        keep(data.omega, rows, 0, omega[0] + omega[1])
+        keep(data.omega, rows, 6, u[0] + u[1])
+        keep(data.omega, rows, 12, z[0] + z[1])
         stumpff_lanes(dot(omega[0], omega[0]), data.series, k // WIDTH)
         c = kept_stumpff(data.series, k // WIDTH)
         turn = rotation_exp(omega[0], c)
         shift = exp_translation(omega[0], omega[1], c)
-        keep_four(data.relative, rows, 0, (turn[0], turn[1], turn[2], turn[3]))
-        keep_four(data.relative, rows, 4, (turn[4], turn[5], turn[6], turn[7]))
-        keep_four(data.relative, rows, 8, (turn[8], shift[0], shift[1], shift[2]))
+        keep(data.relative, rows, 0, (turn[0], turn[1], turn[2], turn[3]))
+        keep(data.relative, rows, 4, (turn[4], turn[5], turn[6], turn[7]))
+        keep(data.relative, rows, 8, (turn[8], shift[0], shift[1], shift[2]))
         velocity, rate = tangent_apply(omega, u, z, c)
-        keep_six(data.step, rows, 0, velocity[0], velocity[1])
-        keep_six(data.step, rows, 6, rate[0], rate[1])
+        keep(data.step, rows, 0, velocity[0] + velocity[1])
+        keep(data.step, rows, 6, rate[0] + rate[1])
 
 
 @algebra
@@ -159,7 +159,7 @@ def inertial_wrenches(model, data):
         force = scale(mass, add(acc[1], cross(eta[0], eta[1])))
         spin = (j1 * eta[0][0], j2 * eta[0][1], j3 * eta[0][2])
         moment = add((j1 * acc[0][0], j2 * acc[0][1], j3 * acc[0][2]), cross(eta[0], spin))
-        keep_six(data.wrench, rows, 0, moment, force)
+        keep(data.wrench, rows, 0, moment + force)
 
 
 @algebra
@@ -210,8 +210,8 @@ def dual_forces(model, data):
         y = cotangent_apply(omega, wrench, kept_stumpff(data.series, k // WIDTH))
         f1 = dadd(rscale(half, y), rscale(kappa, dcross(x2, y)))
         f2 = dsub(rscale(half, y), rscale(kappa, dcross(x1, y)))
-        keep_six(data.dual, rows, 0, f1[1], f1[0])
-        keep_six(data.dual, rows, 6, f2[1], f2[0])
+        keep(data.dual, rows, 0, f1[1] + f1[0])
+        keep(data.dual, rows, 6, f2[1] + f2[0])
 
 
 @algebra

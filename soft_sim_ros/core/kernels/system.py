@@ -19,7 +19,7 @@ import numpy as np
 from ..model import Floats, Ints, Model
 from .coupling import add_columns, correct, factor_columns
 from .jit import bare, kernel, unit
-from .linalg import lu_factor, lu_solve, lu_solve_rows
+from .linalg import lu_factor, lu_solve, lu_solve_rows, row_dot
 from .memory import struct
 from .spaces import size_of
 
@@ -171,17 +171,13 @@ def solve_chain(model, system, x):
         jac = rows(system.motion, 3 * size, begin, end)
         gain = rows(system.gain, size, begin, end)
         y = x[begin:end]
-        for i in range(m):
-            total = 0.0
-            for c in range(size):
-                total += jac[c, i] * handed[c]
-            y[i] -= total
+        for c in range(size):
+            take = handed[c]
+            for i in range(m):
+                y[i] -= jac[c, i] * take
         lu_solve(d, system.pivot[begin:end], y)
         for c in range(size):
-            total = 0.0
-            for i in range(m):
-                total += gain[c, i] * y[i]
-            handed[c] += total
+            handed[c] += row_dot(gain[c], y, 0, m)
     s = np.zeros(3 * size)
     for b in range(len(model.block_col) - 1):
         begin, end = model.block_col[b], model.block_col[b + 1]
@@ -190,13 +186,10 @@ def solve_chain(model, system, x):
         carry = system.carry[3 * size * begin : 3 * size * end].reshape((m, 3 * size))
         if begin > 0:
             for i in range(m):
-                total = 0.0
-                for c in range(3 * size):
-                    total += carry[i, c] * s[c]
-                x[begin + i] -= total
+                x[begin + i] -= row_dot(carry[i], s, 0, 3 * size)
+        y = x[begin:end]
         for c in range(3 * size):
-            for i in range(m):
-                s[c] += motion[c, i] * x[begin + i]
+            s[c] += row_dot(motion[c], y, 0, m)
 
 
 @unit

@@ -16,46 +16,38 @@ them.
 import numpy as np
 
 from .actuators import actuator_tangent
-from .columns import local_stiffness, pose_derivatives
+from .columns import local_stiffness, pose_derivatives, segment_stumpff
 from .dual import add, apply, cross, scale
 from .fibres import fibre_tangent
 from .jit import algebra, kernel, unit
+from .lanes import WIDTH, fused, keep_one, lane, lanes_from, one
+from .maps import column_of, keep_wrench_column
 from .nodes import node_matrices
 from .products import (
     accumulate,
-    accumulate3,
     add_entries,
-    add_gram,
     add_product,
     add_product_t,
     clear,
+    padded,
 )
-from .spaces import (
-    column_of,
-    keep_wrench_column,
-    polar_of,
-    rotation_of,
-    size_of,
-    wrench_of,
-)
+from .spaces import polar_of, rotation_of, size_of, wrench_of
 from .sweep import place
 from .system import rows
 
 
 @kernel
 def segment_columns(model, k, begin, columns, step):
-    """Fill step (3, size, m) with U, U̇, Ü of segment k.
-
-    The columns of its block, first coordinate ``begin``.
-    """
-    size = size_of(model.space)
-    clear(step)
+    """Fill step (20, padded m) with U, U̇, Ü of segment k, of its block from column ``begin`` on."""
+    count = 3 * size_of(model.space)
+    clear(step, count)
     for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
         j, comp = model.entry_col[e] - begin, model.entry_comp[e]
         p1, p2 = model.entry_phi[e, 0], model.entry_phi[e, 1]
-        for d in range(3):
-            for c in range(size):
-                step[d, c, j] += p1 * columns[2 * d, c, comp] + p2 * columns[2 * d + 1, c, comp]
+        for c in range(0, count, WIDTH):
+            added = fused(p1, one(columns, comp, c), p2 * one(columns, 6 + comp, c))
+            for i in range(WIDTH):
+                step[c + i, j] += lane(added, i)
 
 
 @algebra
@@ -66,73 +58,98 @@ def turned_wrench(space, data, k, a0, columns, out):
     fn = scale(a0, apply(rotation, f[0]))
     moved = cross(polar_of(space, data.position[k + 1]), fn)
     fm = add(scale(a0, apply(rotation, f[1])), moved)
-    for j in range(out.shape[1]):
+    for j in range(0, out.shape[1], WIDTH):
         u = column_of(space, columns, j)
         moment = add(cross(u[0], fm), cross(u[1], fn))
         keep_wrench_column(space, out, j, moment, cross(u[0], fn))
 
 
 @kernel
-def block_tangent(model, data, alpha, b, tail, system):
-    """Fill block b of the system; tail (3, size, size): I, G, D beyond it, moved before it."""
+def mix(alpha, jac, z, y, size):
+    """Fill z, y (size, m) with the first and second variations of J, J̇, J̈ (3 size, m)."""
     a0, a1, a2 = alpha
+    for c in range(size):
+        for j in range(0, z.shape[1], WIDTH):
+            u, u1, u2 = one(jac, c, j), one(jac, size + c, j), one(jac, 2 * size + c, j)
+            keep_one(z, c, j, a0 * u1 + a1 * u)
+            keep_one(y, c, j, a0 * u2 + 2.0 * a1 * u1 + a2 * u)
+
+
+@kernel
+def four_segments(model, data, alpha, k, count, pieces):
+    """Fill the pieces of segments from k on, of ``count``, at most four."""
+    columns, hessian, nodes, series = pieces
+    node_matrices(model, data, lanes_from(k + 1, count + 1), nodes, lanes_from(0, count - k))
+    if model.entry_ptr[min(k + WIDTH, count)] > model.entry_ptr[k]:
+        c = segment_stumpff(model, data, lanes_from(k, count), series)
+        pose_derivatives(model, data, k, count, c, columns)
+        if alpha[0] != 0.0:
+            local_stiffness(model, data, k, count, c, hessian)
+
+
+@kernel
+def block_tangent(model, data, alpha, b, tail, pieces, system):
+    """Fill block b of the system; tail (3 size, 8): I, G, D beyond it, moved before it.
+
+    pieces: scratch for what is computed of four segments at once.
+    """
+    a0 = alpha[0]
+    columns, hessian, nodes, _ = pieces
     space = model.space
     size = size_of(space)
     begin, end = model.block_col[b], model.block_col[b + 1]
     m = end - begin
-    block = system.diagonal[system.offset[b] : system.offset[b + 1]].reshape((m, m))
-    exerts = rows(system.exerts, size, begin, end)
-    scratch = np.zeros((12, size, m))
-    jac, step, feel = scratch[0:3], scratch[3:6], scratch[6:9]  # J, J̇, J̈ of the columns so far
-    z, y, out = scratch[9], scratch[10], scratch[11]
-    node, inner = np.zeros((3, size, size)), np.zeros((3, size, size))
-    columns = np.zeros((6, size, 6))
-    hessian = np.zeros((2, 2, 6, 6))
-    last = model.block_seg[b + 1] - 1
-    for k in range(model.block_seg[b], last + 1):
+    width = padded(m)
+    # J, J̇, J̈ of the columns so far, what a segment adds to them, what a node feels of them
+    jac, step, feel = np.zeros((20, width)), np.zeros((20, width)), np.zeros((20, width))
+    z, y, out = np.zeros((size, width)), np.zeros((size, width)), np.zeros((size, width))
+    exerts, turned, block = np.zeros((size, width)), np.zeros((12, width)), np.zeros((m, width))
+    inner = np.zeros((3 * size, 8))
+    start, last = model.block_seg[b], model.block_seg[b + 1] - 1
+    for k in range(start, last + 1):
+        i = (k - start) % WIDTH
+        if i == 0:
+            four_segments(model, data, alpha, k, last + 1, pieces)
         if model.entry_ptr[k + 1] > model.entry_ptr[k]:
-            pose_derivatives(model, data, k, columns)
-            segment_columns(model, k, begin, columns, step)
+            segment_columns(model, k, begin, columns[i], step)
             if a0 != 0.0:
-                turned_wrench(space, data, k, a0, step[0], out)
-                add_gram(jac[0], out, block, size)
-                accumulate(exerts, out)
-                local_stiffness(model, data, k, hessian)
-                add_entries(model, k, begin, a0, hessian, block)
-            accumulate3(jac, step)
-        node_matrices(model, data, k + 1, node[0], node[1], node[2])
-        if k == last:
-            accumulate3(node, tail)
-        else:
-            accumulate3(inner, node)
+                turned_wrench(space, data, k, a0, step, out)
+                add_product_t(space, jac, 0, 1.0, out, block, 0, m)
+                accumulate(exerts, out, size)
+                add_entries(model, k, begin, a0, hessian[i], turned, block)
+            accumulate(jac, step, 3 * size)
+        # the node that ends the block moves with all that is beyond
+        accumulate(tail if k == last else inner, nodes[i], 3 * size)
         if m == 0:
             continue
-        for c in range(size):
-            for j in range(m):
-                out[c, j] = 0.0
-                z[c, j] = a0 * jac[1, c, j] + a1 * jac[0, c, j]
-                y[c, j] = a0 * jac[2, c, j] + 2.0 * a1 * jac[1, c, j] + a2 * jac[0, c, j]
-        add_product(node[0], y, out, 1.0, size)
-        add_product(node[1], z, out, 1.0, size)
-        add_product(node[2], jac[0], out, a0, size)
-        add_gram(jac[0], out, block, size)
-        accumulate(exerts, out)
+        node = tail if k == last else nodes[i]
+        mix(alpha, jac, z, y, size)
+        clear(out, size)
+        add_product(space, node, 0, 1.0, y, out)
+        add_product(space, node, size, 1.0, z, out)
+        add_product(space, node, 2 * size, a0, jac, out)
+        add_product_t(space, jac, 0, 1.0, out, block, 0, m)
+        accumulate(exerts, out, size)
         if begin > 0:
-            add_product_t(node[2], jac[0], feel[0], a0, size)
-            add_product_t(node[1], jac[0], feel[1], 1.0, size)
-            add_product(node[0], jac[0], feel[2], 1.0, size)
-    clear(tail)
-    accumulate3(tail, inner)
-    accumulate3(tail, node)
+            add_product_t(space, node, 2 * size, a0, jac, feel, 0, size)
+            add_product_t(space, node, size, 1.0, jac, feel, size, size)
+            add_product_t(space, node, 0, 1.0, jac, feel, 2 * size, size)
+    accumulate(tail, inner, 3 * size)
+    diagonal = system.diagonal[system.offset[b] : system.offset[b + 1]].reshape((m, m))
+    for i in range(m):
+        for j in range(m):
+            diagonal[i, j] = block[i, j]
     motion = rows(system.motion, 3 * size, begin, end)
     feels = rows(system.feels, 3 * size, begin, end)
+    exerted = rows(system.exerts, size, begin, end)
     for c in range(size):
         for j in range(m):
-            motion[c, j] = jac[0, c, j]
+            exerted[c, j] = exerts[c, j]
+            motion[c, j] = jac[c, j]
             motion[size + c, j] = z[c, j]
             motion[2 * size + c, j] = y[c, j]
             for d in range(3):
-                feels[d * size + c, j] = feel[d, c, j]
+                feels[d * size + c, j] = feel[d * size + c, j]
 
 
 @kernel
@@ -154,15 +171,17 @@ def tangent(model, data, alpha, system):
 
     Exact for the discrete model, actuators and loads included.
     """
-    for i in range(len(system.diagonal)):
-        system.diagonal[i] = 0.0
-    for i in range(len(system.exerts)):
-        system.exerts[i] = 0.0
     place(model, data)
     size = size_of(model.space)
-    tail = np.zeros((3, size, size))
+    tail = np.zeros((3 * size, 8))
+    pieces = (
+        np.zeros((WIDTH, 12, 20)),
+        np.zeros((WIDTH, 12, 12)),
+        np.zeros((WIDTH, 3 * size, 8)),
+        np.zeros((1, 40)),
+    )
     for b in range(len(model.block_col) - 2, -1, -1):
-        block_tangent(model, data, alpha, b, tail, system)
+        block_tangent(model, data, alpha, b, tail, pieces, system)
     internal_tangent(model, alpha, system)
     actuator_tangent(model, data, alpha, system)
     if alpha[0] != 0.0:

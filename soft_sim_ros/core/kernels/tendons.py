@@ -117,7 +117,7 @@ def add_length_rate(model, data, p, g, alpha, factor, out):
 
 @kernel
 def length_hessian(model, data, p, g, factor, hessian):
-    """Fill hessian (6, 6) with factor times ∂²ℓ/∂ξ² of one station."""
+    """Fill the part of hessian (12, 12) of Gauss point g with factor times ∂²ℓ/∂ξ²."""
     t, norm, d = path_tangent(model, data, p, g)
     n = scale(1.0 / norm, t)
     # ∂t/∂ξ = [−d× , 1] by columns; ∂²|t| = (1 − n nᵀ)/|t|
@@ -133,7 +133,7 @@ def length_hessian(model, data, p, g, factor, hessian):
     for a in range(6):
         across = sub(columns[a], scale(dot(n, columns[a]), n))
         for b in range(6):
-            hessian[a, b] = scaled * dot(across, columns[b])
+            hessian[6 * g + a, 6 * g + b] = scaled * dot(across, columns[b])
 
 
 @kernel
