@@ -2,11 +2,15 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 
 import pytest
+
+from soft_sim_ros.core.kernels import together
 
 # Compiles three small units with an empty folder; argv: a Python interpreter for the helpers.
 SCRIPT = """
@@ -112,3 +116,18 @@ Simulation(load_scene("soft_arm"))
             return
         time.sleep(0.05)
     pytest.fail("a process is left in the group")
+
+
+def test_an_interrupt_that_was_dropped_is_heeded_after_the_unit():
+    """As numba's callbacks do with one that comes while they run."""
+    ctrl_c = together._CtrlC()
+    try:
+        ctrl_c.heed()
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(1.0)
+        with pytest.raises(KeyboardInterrupt):
+            ctrl_c.heed()
+    finally:
+        ctrl_c.leave()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import threading
@@ -37,6 +38,7 @@ def compile_together(calls: list[Call]) -> None:
     jobs = dict.fromkeys((call[0], signature_of(call[1:])) for call in calls if call)
     queue = deque((unit, types) for unit, types in jobs if not _known(unit, types))
     team: list[_Helper] = []
+    ctrl_c = _CtrlC()
     try:
         for _ in range(min(len(os.sched_getaffinity(0)), MOST, len(queue)) - 1):
             try:
@@ -50,11 +52,40 @@ def compile_together(calls: list[Call]) -> None:
             except IndexError:  # a helper was faster
                 break
             unit.compile(types)
+            ctrl_c.heed()
         for helper in team:
             helper.thread.join()
     finally:
+        ctrl_c.leave()
         for helper in team:
             helper.stop()
+
+
+class _CtrlC:
+    """Remembers an interrupt: Python drops one that comes while a compiler calls back."""
+
+    def __init__(self) -> None:
+        self._seen = False
+        self._mine = (
+            threading.current_thread() is threading.main_thread()
+            and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        )
+        if self._mine:
+            signal.signal(signal.SIGINT, self._note)
+
+    def _note(self, number: int, frame: Any) -> None:
+        self._seen = True
+        signal.default_int_handler(number, frame)
+
+    def heed(self) -> None:
+        """Raise KeyboardInterrupt if there was one."""
+        if self._seen:
+            raise KeyboardInterrupt
+
+    def leave(self) -> None:
+        """Leave interrupts to Python again."""
+        if self._mine:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _known(unit: Any, types: tuple[Any, ...]) -> bool:
