@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from ..errors import StaticsFailed, TargetUnreachable
+from .arrays import vector
 from .dynamics import Dynamics
 from .model import Floats
 from .tip_target import Point, Reach, Task, make_task, tip_sensitivity
@@ -96,10 +97,11 @@ def inverse_kinematics(
 def _starts(task: Task, start: Floats | None, tries: int) -> list[Floats]:
     """Return efforts to begin from."""
     actuators = task.dynamics.compiled.scene.actuators
-    first = [actuator.safe for actuator in actuators] if start is None else start
+    safe = [actuator.safe for actuator in actuators]
+    first = vector("start", safe if start is None else start, len(actuators))
     low, high = task.bounds
     rng = np.random.default_rng(0)
-    starts = [np.clip(np.asarray(first, dtype=float), low, high)]
+    starts = [np.clip(first, low, high)]
     if np.isfinite(task.bounds).all():
         starts += [low + rng.uniform(0.1, 0.9, len(low)) * (high - low) for _ in range(tries - 1)]
     return starts

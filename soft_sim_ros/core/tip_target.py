@@ -156,7 +156,10 @@ def make_task(
             raise ValueError(f"position must be three finite numbers, not {position!r}")
     if rotation is not None:
         rotation = np.asarray(rotation, dtype=float)
-        if rotation.shape != (3, 3) or not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6):
+        orthogonal = rotation.shape == (3, 3) and np.allclose(
+            rotation @ rotation.T, np.eye(3), atol=1e-6
+        )
+        if not orthogonal or np.linalg.det(rotation) < 0.0:
             raise ValueError(f"rotation must be a rotation matrix (3, 3), not {rotation!r}")
     if limits is None:
         limits = np.array([actuator.limits for actuator in actuators]).T
@@ -170,4 +173,6 @@ def make_task(
     weights = np.asarray(weights, dtype=float)
     if weights.shape != (len(actuators),) or not (weights > 0.0).all():
         raise ValueError(f"weights must be {len(actuators)} numbers above zero, not {weights!r}")
+    if not tolerance > 0.0:
+        raise ValueError(f"tolerance must be above zero, not {tolerance!r}")
     return Task(dynamics, position, rotation, limits, weights, tolerance)
