@@ -156,6 +156,28 @@ def test_lengths_of_winches_and_pressures_do_as_well(scene, commands):
     np.testing.assert_allclose(arm.node_poses(again)[-1][:3, 3], target, atol=1e-7)
 
 
+@pytest.mark.parametrize("angle", [0.7, -0.7])
+def test_a_slack_tendon_is_pulled_in_when_it_is_needed(angle):
+    """Two antagonists, both paid out: nothing changes until one of them is taut, d · angle."""
+    document = rod_document(strains=["bend_z"], order=1)
+    winch = {"rod": "rod", "control": "length", "axial_stiffness": 1e5, "limits": [-0.05, 0.05]}
+    document["actuators"] = [
+        winch | {"tendon": "left", "offset": [0.02, 0.0]},
+        winch | {"tendon": "right", "offset": [-0.02, 0.0]},
+    ]
+    arm = Dynamics(scene_of(document))
+    found = inverse_kinematics(arm, arc(0.0, angle), start=[-0.03, -0.04], tries=1)
+    assert found.reached
+    pulled, other = found.efforts if angle > 0.0 else found.efforts[::-1]
+    tension = EI * abs(angle) / LENGTH / 0.02
+    assert pulled == pytest.approx(0.02 * abs(angle) + tension * LENGTH / 1e5, rel=1e-6)
+    # the other one stays slack
+    assert other < -0.02 * abs(angle) + 1e-9
+    tensions = arm.port_efforts(found.q, np.zeros(arm.n), found.efforts)
+    tensions = tensions[:: int(np.sign(angle))]
+    np.testing.assert_allclose(tensions, [tension, 0.0], atol=1e-8 * 1e5 / LENGTH)  # of 10 nm
+
+
 def test_an_orientation_alone_leaves_the_position_open(arm):
     efforts = np.array([0.5, 0.3, 0.0, 0.0, -0.2, 0.1])
     turn = arm.node_poses(equilibrium(arm, efforts=efforts))[-1][:3, :3]
