@@ -381,6 +381,32 @@ def test_pull_beyond_the_largest_stress_of_a_softening_law_is_refused():
     assert caught.value.load_factor == pytest.approx(1.0 / 1.01, abs=2e-3)
 
 
+def test_twist_beyond_the_largest_shear_stress_of_a_softening_law_is_refused():
+    # τ(γ) = 2 γ (c₁₀ + 2 c₂₀ γ²) has its maximum at γ² = c₁₀ / (6 |c₂₀|): beyond it the outer
+    # fibres give way although the torque of the section still rises
+    law = {"kind": "yeoh", "c10": 1e5, "c20": -1e4, "c30": 0.0}
+    dynamics = rubber(law, strains=["torsion"], order=0, elements=8)
+    outermost = np.hypot(*dynamics.model.fibres.points[:, :2].T).max()
+    assert 0.95 * RADIUS < outermost < RADIUS
+    peak = np.sqrt(1e5 / 6e4) / outermost
+    shares = 0.995, 1.005
+    before, beyond = (
+        dynamics.elastic_force(np.full(dynamics.n, share * peak))[0] * 8 / LENGTH
+        for share in shares
+    )
+    assert before < beyond
+    q = equilibrium(dynamics, tip=np.array([before, 0, 0, 0, 0, 0]))
+    np.testing.assert_allclose(q, shares[0] * peak, rtol=1e-9)
+    with pytest.raises(StaticsFailed, match="sheared beyond where the law") as caught:
+        equilibrium(dynamics, tip=np.array([beyond, 0, 0, 0, 0, 0]))
+    assert caught.value.load_factor == pytest.approx(before / beyond, abs=0.01)
+    # the shear modulus of a neo-Hookean solid is the same at any shear
+    steady = rubber(NEO, strains=["torsion"], order=0, elements=8)
+    torque = steady.elastic_force(np.full(steady.n, 2.0 * peak))[0] * 8 / LENGTH
+    q = equilibrium(steady, tip=np.array([torque, 0, 0, 0, 0, 0]))
+    np.testing.assert_allclose(q, 2.0 * peak, rtol=1e-9)
+
+
 def test_outer_fibres_of_a_sharp_bend_are_watched():
     dynamics = rubber(NEO, strains=["bend_y"], order=0, length=0.05)
     # at a curvature of 1/R the inner fibre would vanish
