@@ -174,3 +174,21 @@ def test_modes_about_a_drooping_equilibrium_are_those_of_its_free_vibration():
     inertia = mass * arm**2
     expected = np.roots([inertia, damping, mass * 9.81 * arm])
     np.testing.assert_allclose(found, expected[expected.imag > 0], rtol=1e-9)
+
+
+def test_what_leaves_its_equilibrium_has_a_negative_frequency():
+    """A pendulum that stands on its head: m a² θ̈ = m g a θ; hanging, the same swings."""
+    mass, arm = 0.7, 0.4
+    document = rod_document(gravity=(0, 0, -9.81)) | {
+        "bodies": [
+            {"joint": "hinge", "kind": "revolute", "axis": [0, 1, 0]},
+            {"joint": "arm", "kind": "fixed", "offset": {"position": [arm, 0, 0]}},
+            {"rigid_body": "bob", "mass": mass},
+        ],
+        "numerics": {},
+    }
+    dynamics = Dynamics(scene_of(document))
+    pace = np.sqrt(9.81 / arm)
+    for angle, sign in ((0.5 * np.pi, 1.0), (-0.5 * np.pi, -1.0)):
+        np.testing.assert_allclose(modes(dynamics, np.array([angle]))[0], [sign * pace])
+    assert complex_modes(dynamics, np.array([-0.5 * np.pi])).growth == pytest.approx(pace)
