@@ -284,6 +284,19 @@ def test_every_path_of_loads_passes_the_equilibria_of_statics():
         np.testing.assert_allclose(branch.q[-1], goal, atol=1e-8)
 
 
+def test_the_factor_of_one_load_counts_from_what_its_ramp_leaves_of_it():
+    """Half way up its ramp, twice the load is the load in full."""
+
+    def scene(schedule):
+        load = {"point": "push", "body": "rod", "force": [0.0, 1.5, 0.0], "schedule": schedule}
+        return scene_of(rod_document(strains=["bend_z"], order=3, loads=[load]))
+
+    dynamics, full = Dynamics(scene({"ramp": 1.0})), Dynamics(scene({}))
+    path = one_load(dynamics, "push", time=0.5)
+    branch = follow(dynamics, path, np.zeros(dynamics.n), within=(0.0, 2.0))
+    np.testing.assert_allclose(branch.q[-1], equilibrium(full), atol=1e-9)
+
+
 def test_a_follower_force_does_not_buckle_a_cantilever():
     """There is no equilibrium beside the straight one under a tangential load (it flutters)."""
     dynamics = rod(strains=["bend_z"], order=6, nodes=30)
