@@ -154,6 +154,11 @@ def test_a_mode_as_poses_has_the_shape_of_the_theory():
     assert 0.1 * small < np.abs(got).max() / LENGTH < small
     np.testing.assert_allclose(moved[1, :, :3], np.outer(s, [1, 0, 0]), atol=1e-12)
     np.testing.assert_allclose(moved[2, :, 1], -got, atol=1e-10)
+    # Re(φ e^{i phase}): what leads by a quarter is there a quarter earlier
+    early = mode_poses(
+        dynamics, zero, 1j * found.shapes[:, 1], s, amplitude=small, phases=[-0.5 * np.pi]
+    )
+    np.testing.assert_allclose(early[0], moved[0], atol=1e-12)
 
 
 def test_modes_about_a_drooping_equilibrium_are_those_of_its_free_vibration():
