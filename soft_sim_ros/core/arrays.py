@@ -13,6 +13,20 @@ def floats(values: object) -> Floats:
     return np.ascontiguousarray(np.array(values, dtype=np.float64))
 
 
+def vector(name: str, value: object, size: int) -> Floats:
+    """Return an argument as the contiguous numbers (size,) that kernels take: they do not count.
+
+    Raises
+    ------
+    ValueError
+        if it is of another shape.
+    """
+    array = np.ascontiguousarray(value, dtype=np.float64)
+    if array.shape != (size,):
+        raise ValueError(f"{name} must be {size} numbers, not {value!r}")
+    return array
+
+
 def ints(values: object) -> Ints:
     """Return a flat array of integers."""
     return np.array(values, dtype=np.int64).reshape(-1)

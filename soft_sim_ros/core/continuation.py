@@ -90,6 +90,8 @@ def follow(
     is static stability, under dead loads and loads that follow (``complex_modes`` sees flutter).
     """
     curve = Curve(dynamics, path, within)
+    _check(curve, load, steps=steps, step=step, max_step=max_step, tolerance=tolerance)
+    q = dynamics.coordinates(q)
     vertical = np.append(np.zeros(dynamics.n), -1.0 if downwards else 1.0)
     start = curve.correct(np.append(q, load) / curve.scale, vertical, tolerance)
     if start is None:
@@ -124,6 +126,7 @@ def switch(
         if no other branch is found in that direction.
     """
     curve = Curve(dynamics, path, within)
+    _check(curve, point.load, steps=steps, offset=offset, max_step=max_step, tolerance=tolerance)
     aside = np.append(point.directions[:, 0] if direction is None else direction, 0.0) / curve.scale
     aside /= np.linalg.norm(aside)
     origin = np.append(point.q, point.load) / curve.scale
@@ -133,6 +136,15 @@ def switch(
     if start.tangent @ (start.u - origin) < 0.0:
         start = start._replace(tangent=-start.tangent)
     return _march(curve, start, steps, offset, max_step, tolerance)
+
+
+def _check(curve: Curve, load: float, **above_zero: float) -> None:
+    """Refuse a branch that could not be followed as it is asked for."""
+    for name, value in above_zero.items():
+        if not value > 0:
+            raise ValueError(f"{name} must be above zero, not {value!r}")
+    if not curve.within[0] <= load <= curve.within[1]:
+        raise ValueError(f"the branch starts at the load {load:g}, not within {curve.within}")
 
 
 def _march(

@@ -48,7 +48,8 @@ class Dynamics(Equations):
         Angular momentum about the world's origin in kg·m²/s, momentum in kg·m/s (B, section 2).
         """
         found = np.zeros(10)
-        momentum(self.model, self._data, q, v, self._zero, found)
+        state = self.coordinates(q), self.coordinates(v, "v")
+        momentum(self.model, self._data, *state, self._zero, found)
         turn, origin = self.compiled.base[:3, :3], self.compiled.base[:3, 3]
         push = turn @ found[3:6]
         return np.concatenate([turn @ found[:3] + np.cross(origin, push), push])
@@ -62,8 +63,9 @@ class Dynamics(Equations):
 
     def elastic_force(self, q: Floats) -> Floats:
         """Return k(q) = ∂V_elastic/∂q (n,): C (1.35), projected with Φᵀ."""
+        q = self.coordinates(q)
         out = self._law(self.model.stiffness) @ q
-        fibre_forces(self.model.fibres, self._data.section, np.asarray(q, dtype=float), out)
+        fibre_forces(self.model.fibres, self._data.section, q, out)
         return out
 
     def stiffness_matrix(self, q: Floats | None = None) -> Floats:
@@ -71,7 +73,7 @@ class Dynamics(Equations):
 
         It is ∫ Φᵀ H Φ ds and joint stiffness where all materials are linear.
         """
-        state = self._zero if q is None else np.asarray(q, dtype=float)
+        state = self._zero if q is None else self.coordinates(q)
         out = np.zeros((self.n, self.n))
         section_strains(self.model.fibres, state, self._data.section)
         system = new_system(self.model)
@@ -128,7 +130,8 @@ class Dynamics(Equations):
 
         The elastic energy is that of rods and joints, and of tendons whose lengths are commanded.
         """
-        return energies(self.model, self.forcing(efforts), q, v, self._zero)
+        state = self.coordinates(q), self.coordinates(v, "v")
+        return energies(self.model, self.forcing(efforts), *state, self._zero)
 
     def ports(self, q: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Return position and velocity (A,) of the actuator ports.
@@ -144,7 +147,8 @@ class Dynamics(Equations):
 
     def _ports(self, q: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         position, velocity, effort = np.zeros((3, self.actuators))
-        ports(self.model, self._data, q, v, self._zero, position, velocity, effort)
+        state = self.coordinates(q), self.coordinates(v, "v")
+        ports(self.model, self._data, *state, self._zero, position, velocity, effort)
         return position, velocity, effort
 
     def tensions(self, q: Floats, v: Floats, efforts: Floats, actuator: int) -> Floats:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..scene import Scene
+from .arrays import vector
 from .compile import Compiled, compile_scene
 from .kernels.forcing import apply_loads
 from .kernels.jit import Call
@@ -55,13 +56,14 @@ class Equations:
 
         The wrench is along world axes, or (``tip_follows``) along those of the tip.
         """
-        if tip is None:
-            tip = self._no_tip
-        elif not tip_follows:
-            tip = self.to_base(np.asarray(tip, dtype=np.float64))
+        tip = self._no_tip if tip is None else vector("tip", tip, 6)
+        if not tip_follows:
+            tip = self.to_base(tip)
         data = self._data
         data.gravity[:] = share * self.compiled.gravity
-        data.effort[:] = 0.0 if efforts is None else share * np.asarray(efforts)
+        data.effort[:] = 0.0
+        if efforts is not None:
+            data.effort[:] = share * vector("efforts", efforts, self.actuators)
         apply_loads(
             self.compiled.loads,
             tip,
@@ -84,6 +86,7 @@ class Equations:
 
     def residual(self, q: Floats, v: Floats, a: Floats, data: Data) -> Floats:
         """Return M a + C v + g + k + R v − loads − actuators (n,)."""
+        q, v, a = self.coordinates(q), self.coordinates(v, "v"), self.coordinates(a, "a")
         out = np.zeros(self.n)
         inverse_dynamics(self.model, data, q, v, a, out)
         return out
@@ -136,6 +139,10 @@ class Equations:
         tangent(self.model, self._data, tuple(float(x) for x in alpha), self._system)
         dense(self.model, self._system, matrix)
         return matrix
+
+    def coordinates(self, values: Floats, name: str = "q") -> Floats:
+        """Return (n,) numbers for a kernel; refuse any other number of them."""
+        return vector(name, values, self.n)
 
     def to_base(self, wrench: Floats) -> Floats:
         """Return the base-frame components of a wrench (6,) given along the world axes."""

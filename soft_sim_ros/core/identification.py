@@ -90,7 +90,10 @@ class _Problem:
         """Return predicted − measured over time, zero where nothing was measured."""
         self.count += 1
         predicted = np.asarray(self.predict(self.values(x), self.instants), dtype=float)
-        error = predicted - self.measured[: self.instants]
+        measured = self.measured[: self.instants]
+        if predicted.shape != measured.shape:  # numpy would spread one over the other
+            raise ValueError(f"predicted are {predicted.shape} numbers, measured {measured.shape}")
+        error = predicted - measured
         return np.where(self.seen[: self.instants], error, 0.0)
 
     def error(self, x: Floats) -> Floats:
@@ -157,7 +160,8 @@ def fit(
     Raises
     ------
     ValueError
-        if there are not more measurements than parameters, or a first guess is zero.
+        if there are not more measurements than parameters, a first guess is zero or not finite,
+        or predictions are not of the shape of the measurements.
     SolverError
         if not even the first guesses can be simulated.
 
@@ -173,6 +177,10 @@ def fit(
     measured = np.asarray(measured, dtype=float)
     problem = _Problem(predict, start, measured)
     count = int(np.count_nonzero(problem.seen))
+    if start.shape != (len(names),) or not np.isfinite(start).all():
+        raise ValueError(f"{len(names)} finite first guesses are needed, not {start}")
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence must be between 0 and 1, not {confidence!r}")
     if not (start != 0.0).all():
         raise ValueError(f"first guesses must not be zero, they are {start}: it sets the scale")
     if count <= len(start):

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from ..errors import StaticsFailed, TargetUnreachable
+from .arrays import vector
 from .dynamics import Dynamics
 from .model import Floats
 from .tip_target import Point, Reach, Task, make_task, tip_sensitivity
@@ -96,10 +97,11 @@ def inverse_kinematics(
 def _starts(task: Task, start: Floats | None, tries: int) -> list[Floats]:
     """Return efforts to begin from."""
     actuators = task.dynamics.compiled.scene.actuators
-    first = [actuator.safe for actuator in actuators] if start is None else start
+    safe = [actuator.safe for actuator in actuators]
+    first = vector("start", safe if start is None else start, len(actuators))
     low, high = task.bounds
     rng = np.random.default_rng(0)
-    starts = [np.clip(np.asarray(first, dtype=float), low, high)]
+    starts = [np.clip(first, low, high)]
     if np.isfinite(task.bounds).all():
         starts += [low + rng.uniform(0.1, 0.9, len(low)) * (high - low) for _ in range(tries - 1)]
     return starts
@@ -129,29 +131,61 @@ def _approach(task: Task, point: Point, radius: float = FIRST_RADIUS) -> Point:
     for _ in range(APPROACHES):
         if point.size <= 1e-3 * task.tolerance:
             break
-        try:
-            slope, reach = task.sensitivities(point)
-        except np.linalg.LinAlgError:
-            break
-        slack = 1e-6 * np.diag(reach)  # of all steps that do, the one that moves the arm least
-        matrix = np.vstack([slope, slack])
-        right = np.concatenate([point.error, np.zeros(len(slack))])
-        moved = None
-        while moved is None and radius > LEAST_RADIUS:
-            step = _bounded_step(matrix, right, task, point.efforts, reach, radius)
-            expected = point.size - float(np.linalg.norm(point.error - slope @ step))
-            if expected <= 1e-9 * point.size:
-                return point
-            moved = _moved(task, point, step)
-            gain = (point.size - moved.size) / expected if moved is not None else -1.0
-            if gain < 0.1:
-                moved, radius = None, 0.3 * radius
-            elif gain > 0.7:
-                radius = min(2.0 * radius, LARGEST_RADIUS)
+        moved, radius = _nearer(task, point, radius)
+        if moved is None:
+            moved, radius = _pulled_in(task, point), FIRST_RADIUS
         if moved is None:
             break
         point = moved
     return point
+
+
+def _nearer(task: Task, point: Point, radius: float) -> tuple[Point | None, float]:
+    """Return a point nearer to the target that a step leads to, if any, and the next radius."""
+    try:
+        slope, reach = task.sensitivities(point)
+    except np.linalg.LinAlgError:
+        return None, radius
+    slack = 1e-6 * np.diag(reach)  # of all steps that do, the one that moves the arm least
+    matrix = np.vstack([slope, slack])
+    right = np.concatenate([point.error, np.zeros(len(slack))])
+    while radius > LEAST_RADIUS:
+        step = _bounded_step(matrix, right, task, point.efforts, reach, radius)
+        expected = point.size - float(np.linalg.norm(point.error - slope @ step))
+        if expected <= 1e-9 * point.size:
+            break
+        moved = _moved(task, point, step)
+        gain = (point.size - moved.size) / expected if moved is not None else -1.0
+        if gain >= 0.1:
+            return moved, min(2.0 * radius, LARGEST_RADIUS) if gain > 0.7 else radius
+        radius *= 0.3
+    return None, radius
+
+
+def _pulled_in(task: Task, point: Point) -> Point | None:
+    """Return a point nearer to the target by one slack tendon: letting it out would do nothing.
+
+    Of those whose pull brings the tip nearer, the one that does so most directly.
+    """
+    best, step = None, 0.0
+    for i, taut in task.slack(point).items():
+        try:
+            slope, reach = task.pulling(point, i, taut)
+        except np.linalg.LinAlgError:
+            continue
+        gain = float(slope @ point.error)
+        directness = gain / (np.linalg.norm(slope) * point.size + 1e-300)
+        if directness > 1e-3 and (best is None or directness > best[0]):
+            best = (directness, i, taut)
+            step = min(gain / float(slope @ slope), FIRST_RADIUS / reach)
+    while best is not None and step > 0.0:
+        efforts = point.efforts.copy()
+        efforts[best[1]] = np.clip(best[2] + step, *task.bounds[:, best[1]])
+        moved = _moved(task, point, efforts - point.efforts)
+        if moved is not None and moved.size < (1.0 - 1e-3) * point.size:
+            return moved
+        step = 0.3 * step if step > 1e-7 * task.dynamics.compiled.length else 0.0
+    return None
 
 
 def _moved(task: Task, point: Point, step: Floats) -> Point | None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve, expm
 
+from .arrays import vector
 from .dynamics import Dynamics
 from .model import Floats
 
@@ -73,11 +74,15 @@ class Linearisation:
         return replace(self, A=flow[:, :n], B=flow[:, n : n + m], drift=flow[:, -1], step=step)
 
     def select(self, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> Linearisation:
-        """Return the same system with some of its inputs and outputs, by name."""
-        columns, rows = (
-            [self.inputs.index(i) for i in inputs],
-            [self.outputs.index(o) for o in outputs],
-        )
+        """Return the same system with some of its inputs and outputs, by name.
+
+        Raises
+        ------
+        ValueError
+            if it has no input or output of that name.
+        """
+        columns = _indices("input", inputs, self.inputs)
+        rows = _indices("output", outputs, self.outputs)
         return replace(
             self,
             B=self.B[:, columns],
@@ -93,6 +98,13 @@ class Linearisation:
         n = len(self.A)
         held = np.eye(n) - self.A if self.step else -self.A
         return self.C @ np.linalg.solve(held, self.B) + self.D
+
+
+def _indices(what: str, names: tuple[str, ...], known: tuple[str, ...]) -> list[int]:
+    for name in names:
+        if name not in known:
+            raise ValueError(f"unknown {what} {name!r}: expected one of {', '.join(known)}")
+    return [known.index(name) for name in names]
 
 
 def linearise(
@@ -115,8 +127,8 @@ def linearise(
         same frame is that of the wrench among the inputs
     """
     n, actuators = dynamics.n, dynamics.actuators
-    q = np.array(q, dtype=float)
-    held = np.zeros(actuators) if efforts is None else np.array(efforts, dtype=float)
+    q = dynamics.coordinates(q).copy()
+    held = np.zeros(actuators) if efforts is None else vector("efforts", efforts, actuators).copy()
     zero = np.zeros(n)
     forcing = (held, time, 1.0, tip, tip_follows)
     factors = cho_factor(dynamics.mass_matrix(q))

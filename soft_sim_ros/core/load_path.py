@@ -11,6 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..errors import CommandError
+from .arrays import vector
 from .dynamics import Dynamics
 from .kernels.forcing import schedule_factor
 from .model import Data, Floats
@@ -42,8 +43,8 @@ def tip_wrench(
 
     Both along world axes, or (``tip_follows``) along those of the tip; all else acts in full.
     """
-    wrench = np.asarray(wrench, dtype=float)
-    rest = np.zeros(6) if held is None else np.asarray(held, dtype=float)
+    wrench = vector("wrench", wrench, 6)
+    rest = np.zeros(6) if held is None else vector("held", held, 6)
     return lambda load: dynamics.forcing(efforts, time, 1.0, rest + load * wrench, tip_follows)
 
 
@@ -64,7 +65,9 @@ def one_effort(
     """
     names = [actuator.name for actuator in dynamics.compiled.scene.actuators]
     index = _index(name, names, "actuator")
-    level = np.zeros(len(names)) if efforts is None else np.array(efforts, dtype=float)
+    level = (
+        np.zeros(len(names)) if efforts is None else vector("efforts", efforts, len(names)).copy()
+    )
 
     def forcing(load: float) -> Data:
         level[index] = load
@@ -81,13 +84,15 @@ def one_load(
     Raises
     ------
     CommandError
-        if the scene has no such load.
+        if the scene has no such load, or its schedule leaves nothing of it at ``time``.
     """
     loads = dynamics.compiled.loads
     index = _index(name, [load.name for load in dynamics.compiled.scene.loads], "load")
     begin, end = loads.ptr[index], loads.ptr[index + 1]
     begins, ends, ramp = (float(x) for x in loads.schedule[index])
     factor = schedule_factor(begins, ends, ramp, time)
+    if factor == 0.0:
+        raise CommandError("load path", f"load {name!r} does not act at t = {time:g} s")
 
     def forcing(load: float) -> Data:
         data = dynamics.forcing(efforts, time)

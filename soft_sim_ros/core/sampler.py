@@ -21,6 +21,8 @@ class Sampler:
     """
 
     def __init__(self, compiled: Compiled, q: Floats, s: Floats) -> None:
+        if q.shape != (len(compiled.coordinate_names),):
+            raise ValueError(f"q must be {len(compiled.coordinate_names)} numbers, not {q!r}")
         self.s = s
         self._model, self._q = compiled.model, q
         self._data = new_data(compiled.model)

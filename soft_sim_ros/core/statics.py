@@ -56,8 +56,10 @@ def equilibrium(
     full load (relaxation.py).
     """
     n = dynamics.n
-    state = np.zeros(n) if q is None else np.array(q, dtype=np.float64)
+    state = np.zeros(n) if q is None else dynamics.coordinates(q).copy()
     mask = np.ones(n, dtype=bool) if free is None else np.asarray(free, dtype=bool)
+    if mask.shape != (n,):
+        raise ValueError(f"free must be {n} truth values, not {free!r}")
     if not mask.any():
         return state
     reached, step = 0.0, 1.0

@@ -13,6 +13,8 @@ from .dynamics import Dynamics
 from .model import Floats
 from .statics import equilibrium
 
+BARELY = 1e-9  # arm lengths that a slack tendon is pulled in to be taut
+
 
 class Sensitivity(NamedTuple):
     """How an equilibrium follows the efforts."""
@@ -109,7 +111,25 @@ class Task:
 
     def sensitivities(self, point: Point) -> tuple[Floats, Floats]:
         """Return −d error/dτ (m, A), and how far (A,) unit efforts move the arm, arm lengths."""
-        twist = tip_sensitivity(self.dynamics, point.q, point.efforts, **self.loads)
+        return self._slopes(point, point.efforts)
+
+    def slack(self, point: Point) -> dict[int, float]:
+        """Return the slack ones of the tendons of commanded length → where they are just taut."""
+        length = np.flatnonzero(self.dynamics.model.winch[:, 0])
+        if not len(length):
+            return {}
+        taut = self.dynamics.ports(point.q, np.zeros(len(point.q)))[0]
+        return {int(i): float(taut[i]) for i in length if point.efforts[i] <= taut[i]}
+
+    def pulling(self, point: Point, i: int, taut: float) -> tuple[Floats, float]:
+        """Return −d error/dτ (m,), and the reach, of slack tendon i when it is pulled in."""
+        efforts = point.efforts.copy()
+        efforts[i] = taut + BARELY * self.dynamics.compiled.length
+        slopes, reach = self._slopes(point, efforts)
+        return slopes[:, i], float(reach[i])
+
+    def _slopes(self, point: Point, efforts: Floats) -> tuple[Floats, Floats]:
+        twist = tip_sensitivity(self.dynamics, point.q, efforts, **self.loads)
         rows = []
         if self.position is not None:
             rows.append(twist.tip[3:] / self.dynamics.compiled.length)
@@ -156,7 +176,10 @@ def make_task(
             raise ValueError(f"position must be three finite numbers, not {position!r}")
     if rotation is not None:
         rotation = np.asarray(rotation, dtype=float)
-        if rotation.shape != (3, 3) or not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6):
+        orthogonal = rotation.shape == (3, 3) and np.allclose(
+            rotation @ rotation.T, np.eye(3), atol=1e-6
+        )
+        if not orthogonal or np.linalg.det(rotation) < 0.0:
             raise ValueError(f"rotation must be a rotation matrix (3, 3), not {rotation!r}")
     if limits is None:
         limits = np.array([actuator.limits for actuator in actuators]).T
@@ -170,4 +193,6 @@ def make_task(
     weights = np.asarray(weights, dtype=float)
     if weights.shape != (len(actuators),) or not (weights > 0.0).all():
         raise ValueError(f"weights must be {len(actuators)} numbers above zero, not {weights!r}")
+    if not tolerance > 0.0:
+        raise ValueError(f"tolerance must be above zero, not {tolerance!r}")
     return Task(dynamics, position, rotation, limits, weights, tolerance)

@@ -154,6 +154,11 @@ def test_a_mode_as_poses_has_the_shape_of_the_theory():
     assert 0.1 * small < np.abs(got).max() / LENGTH < small
     np.testing.assert_allclose(moved[1, :, :3], np.outer(s, [1, 0, 0]), atol=1e-12)
     np.testing.assert_allclose(moved[2, :, 1], -got, atol=1e-10)
+    # Re(φ e^{i phase}): what leads by a quarter is there a quarter earlier
+    early = mode_poses(
+        dynamics, zero, 1j * found.shapes[:, 1], s, amplitude=small, phases=[-0.5 * np.pi]
+    )
+    np.testing.assert_allclose(early[0], moved[0], atol=1e-12)
 
 
 def test_modes_about_a_drooping_equilibrium_are_those_of_its_free_vibration():
@@ -174,3 +179,21 @@ def test_modes_about_a_drooping_equilibrium_are_those_of_its_free_vibration():
     inertia = mass * arm**2
     expected = np.roots([inertia, damping, mass * 9.81 * arm])
     np.testing.assert_allclose(found, expected[expected.imag > 0], rtol=1e-9)
+
+
+def test_what_leaves_its_equilibrium_has_a_negative_frequency():
+    """A pendulum that stands on its head: m a² θ̈ = m g a θ; hanging, the same swings."""
+    mass, arm = 0.7, 0.4
+    document = rod_document(gravity=(0, 0, -9.81)) | {
+        "bodies": [
+            {"joint": "hinge", "kind": "revolute", "axis": [0, 1, 0]},
+            {"joint": "arm", "kind": "fixed", "offset": {"position": [arm, 0, 0]}},
+            {"rigid_body": "bob", "mass": mass},
+        ],
+        "numerics": {},
+    }
+    dynamics = Dynamics(scene_of(document))
+    pace = np.sqrt(9.81 / arm)
+    for angle, sign in ((0.5 * np.pi, 1.0), (-0.5 * np.pi, -1.0)):
+        np.testing.assert_allclose(modes(dynamics, np.array([angle]))[0], [sign * pace])
+    assert complex_modes(dynamics, np.array([-0.5 * np.pi])).growth == pytest.approx(pace)

@@ -11,7 +11,7 @@ from soft_sim_ros.core.continuation import BIFURCATION, LIMIT, follow, switch
 from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.load_path import one_effort, one_load, tip_wrench, whole_load
 from soft_sim_ros.core.statics import equilibrium
-from soft_sim_ros.errors import CommandError, NoBranch
+from soft_sim_ros.errors import CommandError, NoBranch, StaticsFailed
 
 LENGTH, RADIUS, E = 0.6, 0.03, 1e6
 EI = E * np.pi * RADIUS**4 / 4
@@ -284,12 +284,51 @@ def test_every_path_of_loads_passes_the_equilibria_of_statics():
         np.testing.assert_allclose(branch.q[-1], goal, atol=1e-8)
 
 
+def test_the_factor_of_one_load_counts_from_what_its_ramp_leaves_of_it():
+    """Half way up its ramp, twice the load is the load in full."""
+
+    def scene(schedule):
+        load = {"point": "push", "body": "rod", "force": [0.0, 1.5, 0.0], "schedule": schedule}
+        return scene_of(rod_document(strains=["bend_z"], order=3, loads=[load]))
+
+    dynamics, full = Dynamics(scene({"ramp": 1.0})), Dynamics(scene({}))
+    path = one_load(dynamics, "push", time=0.5)
+    branch = follow(dynamics, path, np.zeros(dynamics.n), within=(0.0, 2.0))
+    np.testing.assert_allclose(branch.q[-1], equilibrium(full), atol=1e-9)
+
+
 def test_a_follower_force_does_not_buckle_a_cantilever():
     """There is no equilibrium beside the straight one under a tangential load (it flutters)."""
     dynamics = rod(strains=["bend_z"], order=6, nodes=30)
     path = tip_wrench(dynamics, PUSH, tip_follows=True)
     branch = follow(dynamics, path, np.zeros(dynamics.n), within=(0.0, 15.0))
     assert branch.ended_by == "load" and not branch.special and not branch.unstable.any()
+
+
+def test_a_column_buckles_under_a_load_of_which_a_part_follows():
+    """Without a potential, but still by divergence: w = a (sin kx − kx) + b (cos kx − 1), k² =
+    (P + F) L²/EI, w″ = 0 and w‴ + (P L²/EI) w′ = 0 at the tip; P is dead, F = P/5 follows."""
+
+    def boundary(p):
+        k = np.sqrt(1.2 * p)
+        sin, cos = np.sin(k), np.cos(k)
+        third = -(k**3) * cos + p * k * (cos - 1), k**3 * sin - p * k * sin
+        return sin * third[1] - cos * third[0]
+
+    expected = brentq(boundary, 1.0, 4.0)
+    assert abs(expected / EULER - 1.0) > 0.05  # nor is it Euler's load
+    tail = {"point": "tail", "body": "rod", "force": [0.2 * PUSH[3], 0.0, 0.0], "frame": "body"}
+    dynamics = rod(strains=["bend_z"], order=8, nodes=40, loads=[tail])
+    path = whole_load(dynamics, tip=PUSH)
+    branch = follow(dynamics, path, np.zeros(dynamics.n), within=(0.0, 6.0))
+    (point,) = branch.special
+    assert point.kind == BIFURCATION and point.load == pytest.approx(expected, rel=1e-6)
+    assert branch.unstable.tolist() == [int(load > expected) for load in branch.loads]
+    with pytest.raises(StaticsFailed, match="loses stability") as caught:
+        equilibrium(rod(strains=["bend_z"], order=8, nodes=40, loads=[
+            tail | {"force": [0.4 * expected * PUSH[3], 0.0, 0.0]}
+        ]), tip=2.0 * expected * PUSH)  # fmt: skip
+    assert caught.value.load_factor == pytest.approx(0.5, abs=1e-4)
 
 
 def test_what_cannot_be_followed_says_why():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scenes import ALL, random_state, rod_document, scene_of
 from scipy.spatial.transform import Rotation
+from test_tangents import central_difference
 
 from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.sampler import Sampler
@@ -91,6 +92,31 @@ def test_the_wrap_of_a_tendon_in_a_deformed_rod_is_the_angle_its_chords_turn_by(
     part = slice(0, int(np.argmax(np.diff(measured) <= 0)) or None)
     assert expected[part].max() > 1.0
     np.testing.assert_allclose(measured[part], expected[part], rtol=5e-3, atol=5e-3)
+
+
+@pytest.mark.parametrize("curvature", [3e-4, 1.5e-3, 6e-3])
+def test_wraps_too_small_to_count_are_rounded_off_and_the_tangent_knows(curvature):
+    """κ²/√(κ² + κ₀²) instead of κ, κ₀ = 1 mrad over the length: the force and its derivative."""
+    tendon = {"offset": [0.02, 0.0]}
+    rough, smooth = (
+        Dynamics(scene_of(arm(tendon | rubs, strains=["bend_z"], order=1)))
+        for rubs in ({"friction": MU}, {})
+    )
+    q, zero = np.array([curvature, 0.1 * curvature]), np.zeros(2)
+    v = slipping(rough, q, 10.0)
+    flat = np.array([curvature, 0.0])
+    rounded = curvature**2 / np.hypot(curvature, 1e-3 / LENGTH)
+    found = rough.tensions(flat, v, np.array([TENSION]), 0)
+    expected = MU * rounded * stations(rough)
+    np.testing.assert_allclose(np.log(TENSION / found)[:-1], expected[:-1], rtol=1e-3)
+
+    def rubbing(x):
+        loads = (v, zero, np.array([TENSION]))
+        return rough.inverse_dynamics(x, *loads) - smooth.inverse_dynamics(x, *loads)
+
+    exact = [d.tangents(q, v, zero, np.array([TENSION]))[0] for d in (rough, smooth)]
+    quotient = central_difference(rubbing, q, np.full(2, 1e-2 * curvature))
+    np.testing.assert_allclose(exact[0] - exact[1], quotient, atol=1e-4 * np.abs(quotient).max())
 
 
 def test_slip_below_the_slip_speed_is_a_creep_and_rest_has_no_friction():

@@ -148,3 +148,17 @@ def test_a_swing_is_not_counted_wrongly_from_a_poor_guess():
 
     found = fit(["hertz"], [0.7], swing, swing([1.0], len(time)))
     assert found.values[0] == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("start", "data", "options", "told"),
+    [
+        ([1.0], TIME[:, None], {}, r"predicted are \(\d+,\) numbers, measured \(\d+, 1\)"),
+        ([1.0], TIME, {"confidence": 1.5}, "confidence must be between 0 and 1, not 1.5"),
+        ([1.0, 2.0], TIME, {}, "1 finite first guesses are needed"),
+        ([np.nan], TIME, {}, "1 finite first guesses are needed"),
+    ],
+)
+def test_bad_questions_are_refused(start, data, options, told):
+    with pytest.raises(ValueError, match=told):
+        fit(["a"], start, lambda p, k: p[0] * TIME[:k], data, **options)

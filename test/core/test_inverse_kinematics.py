@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.inverse_kinematics import inverse_kinematics, tip_sensitivity
 from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.tip_target import make_task
 from soft_sim_ros.errors import TargetUnreachable
 from soft_sim_ros.scene import load_scene
 
@@ -154,6 +155,45 @@ def test_lengths_of_winches_and_pressures_do_as_well(scene, commands):
     assert found.reached
     again = equilibrium(arm, efforts=found.efforts)
     np.testing.assert_allclose(arm.node_poses(again)[-1][:3, 3], target, atol=1e-7)
+
+
+def test_slopes_of_the_error_are_its_difference_quotients_far_from_the_target_too(arm):
+    """A turn of the tip changes the rotation vector of the error by more than its reverse."""
+    turn = Rotation.from_rotvec([0.8, -1.1, 0.9]).as_matrix()
+    task = make_task(arm, np.array([0.2, 0.1, 0.3]), turn, None, None, 1e-8)
+    efforts = np.array([0.6, -0.3, 0.2, 0.4, -0.1, 0.2])
+    point = task.at(efforts, None)
+    assert np.linalg.norm(point.error[3:]) > 1.0
+    size = 1e-4
+    quotient = [
+        (task.at(efforts - size * e, point.q).error - task.at(efforts + size * e, point.q).error)
+        / (2 * size)
+        for e in np.eye(6)
+    ]
+    slopes = task.sensitivities(point)[0]
+    np.testing.assert_allclose(slopes, np.transpose(quotient), atol=1e-6 * np.abs(slopes).max())
+
+
+@pytest.mark.parametrize("angle", [0.7, -0.7])
+def test_a_slack_tendon_is_pulled_in_when_it_is_needed(angle):
+    """Two antagonists, both paid out: nothing changes until one of them is taut, d · angle."""
+    document = rod_document(strains=["bend_z"], order=1)
+    winch = {"rod": "rod", "control": "length", "axial_stiffness": 1e5, "limits": [-0.05, 0.05]}
+    document["actuators"] = [
+        winch | {"tendon": "left", "offset": [0.02, 0.0]},
+        winch | {"tendon": "right", "offset": [-0.02, 0.0]},
+    ]
+    arm = Dynamics(scene_of(document))
+    found = inverse_kinematics(arm, arc(0.0, angle), start=[-0.03, -0.04], tries=1)
+    assert found.reached
+    pulled, other = found.efforts if angle > 0.0 else found.efforts[::-1]
+    tension = EI * abs(angle) / LENGTH / 0.02
+    assert pulled == pytest.approx(0.02 * abs(angle) + tension * LENGTH / 1e5, rel=1e-6)
+    # the other one stays slack
+    assert other < -0.02 * abs(angle) + 1e-9
+    tensions = arm.port_efforts(found.q, np.zeros(arm.n), found.efforts)
+    tensions = tensions[:: int(np.sign(angle))]
+    np.testing.assert_allclose(tensions, [tension, 0.0], atol=1e-8 * 1e5 / LENGTH)  # of 10 nm
 
 
 def test_an_orientation_alone_leaves_the_position_open(arm):

@@ -186,3 +186,14 @@ def test_a_rope_of_steel_on_a_soft_arm_needs_no_smaller_step(integrator):
     position, _, tension = simulation.ports()
     assert position[0] + tension[0] * LENGTH / 2e5 == pytest.approx(0.01, rel=1e-5)
     assert tension[0] > 3.0
+
+
+def test_a_small_command_of_a_winch_pulls_a_taut_tendon_and_not_a_slack_one():
+    """Force per command: EA/ℓ₀ times the gradient of what is pulled in, and none 1 mm from taut."""
+    pair = [{"offset": [0.02, 0.0]} | WINCH, {"offset": [-0.02, 0.0]} | WINCH]
+    dynamics = dynamics_of(*pair, strains=["bend_z"])
+    q = np.zeros(dynamics.n)
+    gradient = np.array([dynamics.ports(q, unit)[1] for unit in np.eye(dynamics.n)])
+    found = dynamics.effort_matrix(q, np.array([1e-3, -1e-3]))
+    np.testing.assert_allclose(found[:, 0], STIFF / LENGTH * gradient[:, 0], rtol=1e-6, atol=1e-9)
+    assert np.abs(found[:, 0]).max() > 1.0 and not found[:, 1].any()

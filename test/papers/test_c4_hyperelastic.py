@@ -14,6 +14,7 @@ from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.statics import equilibrium
 from soft_sim_ros.errors import Diverged, SceneError, StaticsFailed
 from soft_sim_ros.scene import register_law
+from soft_sim_ros.scene.law import Rivlin
 
 NEO = {"kind": "neo_hookean", "c10": 1e5}
 MOONEY = {"kind": "mooney_rivlin", "c10": 6e4, "c01": 4e4}
@@ -379,6 +380,58 @@ def test_pull_beyond_the_largest_stress_of_a_softening_law_is_refused():
     with pytest.raises(StaticsFailed) as caught:
         equilibrium(dynamics, tip=1.01 / 0.999 * tip)
     assert caught.value.load_factor == pytest.approx(1.0 / 1.01, abs=2e-3)
+
+
+SOFTENING = [
+    {"kind": "mooney_rivlin", "c10": 2e5, "c01": -5e4},
+    {"kind": "yeoh", "c10": 1e5, "c20": -1e4, "c30": 0.0},
+]
+
+
+@pytest.mark.parametrize("law", [NEO, MOONEY, YEOH, *SOFTENING])
+def test_a_law_ends_where_its_own_stress_stops_rising(law):
+    rivlin = Rivlin(**{key: value for key, value in law.items() if key != "kind"})
+    energy = energy_of(law)
+
+    def stress(x):
+        return derivative(energy, x, 1e-3 * x)
+
+    for stretch in (0.4, 0.8, 1.0, 1.3, 2.0):
+        assert rivlin.stress(stretch) == pytest.approx(stress(stretch), rel=1e-8, abs=1e-4)
+        slope = derivative(stress, stretch, 1e-3 * stretch)
+        assert rivlin.slope(stretch) == pytest.approx(slope, rel=1e-5)
+    ends = rivlin.span
+    assert (ends == (0.05, 20.0)) == (law not in SOFTENING)
+    for end, limit, beyond in zip(ends, (0.05, 20.0), (0.998, 1.002), strict=True):
+        if end != limit:  # found on a grid of 0.08 %
+            assert derivative(stress, end, 1e-4 * end) > 0.0
+            assert derivative(stress, beyond * end, 1e-4 * end) < 0.0
+
+
+def test_twist_beyond_the_largest_shear_stress_of_a_softening_law_is_refused():
+    # τ(γ) = 2 γ (c₁₀ + 2 c₂₀ γ²) has its maximum at γ² = c₁₀ / (6 |c₂₀|): beyond it the outer
+    # fibres give way although the torque of the section still rises
+    law = {"kind": "yeoh", "c10": 1e5, "c20": -1e4, "c30": 0.0}
+    dynamics = rubber(law, strains=["torsion"], order=0, elements=8)
+    outermost = np.hypot(*dynamics.model.fibres.points[:, :2].T).max()
+    assert 0.95 * RADIUS < outermost < RADIUS
+    peak = np.sqrt(1e5 / 6e4) / outermost
+    shares = 0.995, 1.005
+    before, beyond = (
+        dynamics.elastic_force(np.full(dynamics.n, share * peak))[0] * 8 / LENGTH
+        for share in shares
+    )
+    assert before < beyond
+    q = equilibrium(dynamics, tip=np.array([before, 0, 0, 0, 0, 0]))
+    np.testing.assert_allclose(q, shares[0] * peak, rtol=1e-9)
+    with pytest.raises(StaticsFailed, match="sheared beyond where the law") as caught:
+        equilibrium(dynamics, tip=np.array([beyond, 0, 0, 0, 0, 0]))
+    assert caught.value.load_factor == pytest.approx(before / beyond, abs=0.01)
+    # the shear modulus of a neo-Hookean solid is the same at any shear
+    steady = rubber(NEO, strains=["torsion"], order=0, elements=8)
+    torque = steady.elastic_force(np.full(steady.n, 2.0 * peak))[0] * 8 / LENGTH
+    q = equilibrium(steady, tip=np.array([torque, 0, 0, 0, 0, 0]))
+    np.testing.assert_allclose(q, 2.0 * peak, rtol=1e-9)
 
 
 def test_outer_fibres_of_a_sharp_bend_are_watched():

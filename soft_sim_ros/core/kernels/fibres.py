@@ -180,14 +180,24 @@ def fibre_tangent(model, section, a0, system):
 
 
 @kernel
+def rises(fibres, law, stretch, twist):
+    """Return whether a sheared fibre resists more stretch and more shear: ∂²w/∂λ², ∂²w/∂γ² > 0."""
+    _, _, wt, wss, _, wtt = fibre(fibres, law, stretch, twist)
+    return wss > 0.0 and wt + 2.0 * twist * wtt > 0.0
+
+
+@kernel
 def lawful(fibres, section):
-    """Return whether every fibre is within the stretches that its law holds for."""
+    """Return whether every fibre is within the stretches, and the shear, that its law holds for."""
     for p in range(len(fibres.block)):
-        ky, kz, g = section[p, 1], section[p, 2], section[p, 3]
+        kx, ky, kz, g = section[p, 0], section[p, 1], section[p, 2], section[p, 3]
         low, high = fibres.laws[fibres.law[p], 0], fibres.laws[fibres.law[p], 1]
         c = thinning(g)[0]
         for i in range(fibres.ptr[p], fibres.ptr[p + 1]):
             stretch = g + (fibres.points[i, 1] * ky - fibres.points[i, 0] * kz) * c
             if not low <= stretch <= high:
+                return False
+            twist = fibres.points[i, 3] * kx * kx
+            if twist > 0.0 and not rises(fibres, fibres.law[p], stretch, twist):
                 return False
     return True

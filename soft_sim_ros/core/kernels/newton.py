@@ -22,7 +22,7 @@ REASONS = {
     "resolve it, if it is meant)",
     5: "a rod is compressed to nothing",
     6: "the tip moves by more than an arm length (or a hinge by a radian) in a fraction of a step",
-    7: "a fibre is stretched or compressed beyond where the law of its material holds",
+    7: "a fibre is stretched, compressed or sheared beyond where the law of its material holds",
     8: "options.error cannot be met, even with a millionth of the step",
 }
 # A contraction slower than this is worth new factors.
