@@ -32,7 +32,7 @@ def main() -> int:
     parser.add_argument("--real", type=int, default=500, help="more scenes, of real arms only")
     parser.add_argument("--checked", type=int, default=5, help="every so many compared with others")
     parser.add_argument(
-        "--gradient", type=int, default=61, help="every so many, too, by the discrete gradient"
+        "--gradient", type=int, default=300, help="every so many, too, by the discrete gradient"
     )
     parser.add_argument("--jobs", type=int, default=cores())
     parser.add_argument("--out", type=Path, default=RESULTS)

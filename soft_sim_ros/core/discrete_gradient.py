@@ -23,14 +23,14 @@ ROUND_OFF = 32.0 * float(np.finfo(np.float64).eps)
 ITERATIONS = 60
 DEPTH = 5  # of Anderson's mixing
 LONGEST = 0.3  # arm lengths that one iteration may move the tip
-CUTS = 8
+CUTS = 5
 POLISH = 4  # converged iterates of which the best is taken
 TOLERANCE = 1e-11  # of the last correction, as a displacement of the tip in arm lengths
 # What closes the balance may be no more than this part of the midpoint rule that it corrects, and
 # the rates at both ends of a step may disagree with its way by so many arm lengths (or radians).
 MOST, APART = 0.1, 0.02
 RESTING = 1e-9  # of the stored energy: with less kinetic energy there is no motion to be shown
-HELP = "(a smaller step, or an integrator of numerics, shows it)"
+HELP = "(a shorter one, or an integrator of numerics, shows it)"
 
 
 class Balance(NamedTuple):

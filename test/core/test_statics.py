@@ -194,7 +194,7 @@ def test_a_perfect_column_buckles_at_eulers_load_and_says_so():
 
 
 def thin(**options):
-    """Return a rod of slenderness 5000, E 1e6, under its weight: it bends within 1 mm of its clamp."""
+    """Return a heavy rod of slenderness 5000: it bends within a millimetre of its clamp."""
     return rod_document(radius=LENGTH / 1e4, gravity=(0, 0, -9.81), **options)
 
 

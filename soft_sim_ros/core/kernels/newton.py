@@ -24,9 +24,9 @@ REASONS = {
     6: "the tip moves by more than an arm length (or a hinge by a radian) in a fraction of a step",
     7: "a fibre is stretched or compressed beyond where the law of its material holds",
     8: "options.error cannot be met, even with a millionth of the step",
-    9: "the steps do not show the motion: to balance its energy, velocities would have to be changed "
-    "by more than 1 %, even with 1/4096 of the step (a smaller step, or a method that damps what "
-    "it does not show: sdirk2)",
+    9: "the steps do not show the motion: balancing its energy would change velocities by "
+    "more than 1 %, even with 1/4096 of the step (a smaller step, or sdirk2, which damps what it "
+    "does not show)",
 }
 # A contraction slower than this is worth new factors.
 SLOW = 0.2
