@@ -23,9 +23,14 @@ ROUND_OFF = 32.0 * float(np.finfo(np.float64).eps)
 ITERATIONS = 60
 DEPTH = 5  # of Anderson's mixing
 LONGEST = 0.3  # arm lengths that one iteration may move the tip
-CUTS = 8
+CUTS = 5
 POLISH = 4  # converged iterates of which the best is taken
 TOLERANCE = 1e-11  # of the last correction, as a displacement of the tip in arm lengths
+# What closes the balance may be no more than this part of the midpoint rule that it corrects, and
+# the rates at both ends of a step may disagree with its way by so many arm lengths (or radians).
+MOST, APART = 0.1, 0.02
+RESTING = 1e-9  # of the stored energy: with less kinetic energy there is no motion to be shown
+HELP = "(a shorter one, or an integrator of numerics, shows it)"
 
 
 class Balance(NamedTuple):
@@ -56,9 +61,11 @@ class DiscreteGradient:
     along Δq, in the metric W = K + 4M/h², so that ∇̄H · (x⁺ − x) = H(x⁺) − H(x). Ports work uᵀ Δy,
     loads their force at the midpoint times Δq, damping takes Δqᵀ R Δq / h ≥ 0: so no step can
     make energy, however long it is, and Property 1.1 holds for the discrete motion. Second order,
-    symmetric. Loads are taken in the middle of a step; one that switches within it is not hit
-    exactly. Between steps rotation vectors change their chart as in ``Simulation``. Dense linear
-    algebra: for some dozens of coordinates.
+    symmetric. A balance proves no motion: an arm that stands still with p⁺ = −p keeps H, too, and
+    c grows as large as that takes. So a step is taken only where c is small and the midpoint rule
+    agrees with the trapezoidal rule. Loads are taken in the middle of a step; one that switches
+    within it is not hit exactly. Between steps rotation vectors change their chart as in
+    ``Simulation``. Dense linear algebra: for some dozens of coordinates.
     """
 
     def __init__(
@@ -107,7 +114,7 @@ class DiscreteGradient:
         try:
             move = problem.solve()
             q, p, energy = problem.end(move)
-            problem.check(move)
+            problem.check(move, p)
         except (NewtonFailed, Diverged, np.linalg.LinAlgError) as failure:
             if cuts == 0:
                 if not isinstance(failure, np.linalg.LinAlgError):
@@ -163,7 +170,7 @@ class _Step:
         self.efforts, self.tau = efforts, tau
         self.stiffness = self.dynamics.stiffness_matrix()
         self.start = motion._energy - self._port_work(self.q)
-        self.scale = 0.0
+        self.scale = self.share = 0.0
         self._zero = np.zeros(len(self.q))
 
     def damping(self, move: Floats) -> Floats:
@@ -183,15 +190,39 @@ class _Step:
         q, p = self.q + move, 2.0 * mean - self.p
         return q, p, self.system.hamiltonian(q, p)
 
-    def check(self, move: Floats) -> None:
-        """Refuse a solution that is no motion: rods crushed or turned over, or a jump too far."""
+    def check(self, move: Floats, p: Floats) -> None:
+        """Refuse a solution that is no motion, p (n,) its momenta at the end.
+
+        Rods crushed or turned over, a jump too far, or a way that the rates do not lead.
+        """
+        weight = self.dynamics.model.weight
+        rates = self.system.velocity(self.q, self.p), self.system.velocity(self.q + move, p)
+        kinetic = 0.5 * max(float(self.p @ rates[0]), float(p @ rates[1]))
+        stored = self.dynamics.energies(self.q, self._zero)
+        # at rest c is a quotient of round-off; in linear motion c W Δq is added to W Δq / 2
+        if kinetic > RESTING * float(np.abs(stored).sum()) and not 2.0 * abs(self.share) <= MOST:
+            raise self._unshown(
+                f"its energy is balanced by a correction of {2.0 * abs(self.share):.2g} times what "
+                f"moves the arm, allowed is {MOST}"
+            )
+        apart = float(np.max(np.abs(move - 0.5 * self.h * sum(rates)) * weight, initial=0.0))
+        if not apart <= APART:
+            raise self._unshown(
+                f"its way and the velocities at its ends disagree by {apart:.2g} arm lengths or "
+                f"radians, allowed is {APART}"
+            )
         status = TOO_FAR
-        if np.all(np.abs(move) * self.dynamics.model.weight <= REACH):
+        if np.all(np.abs(move) * weight <= REACH):
             data = self.dynamics.forcing()
             self.dynamics.residual(self.q + move, self._zero, self._zero, data)
             status = admissible(self.dynamics.model, data)
         if status != CONVERGED:
             raise Diverged(self.time, REASONS[status])
+
+    def _unshown(self, how: str) -> Diverged:
+        return Diverged(
+            self.time, f"a step of {self.h:.3g} s does not show the motion: {how} {HELP}"
+        )
 
     def equation(self, move: Floats) -> tuple[Floats, Floats]:
         """Return the left-hand side (n,) and its derivative (n, n), but for small terms.
@@ -237,9 +268,8 @@ class _Step:
         along = float(inner @ move) + float(move @ (p - self.p)) / self.h
         missing = jump - along
         self.scale = abs(energy) + abs(self.start)
-        if size == 0.0:
-            return 0.0
-        return missing / size
+        self.share = 0.0 if size == 0.0 else missing / size
+        return self.share
 
     def solve(self) -> Floats:
         """Return Δq (n,), by Newton's method with Anderson's mixing for what its matrix lacks."""

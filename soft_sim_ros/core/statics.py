@@ -13,6 +13,10 @@ from .relaxation import sink
 
 MIN_LOAD_STEP = 1e-6
 WATCHED = 1500
+# A series of strains whose last terms are this part of its largest does not show the shape.
+ENDED = 0.1
+SERIES = ("legendre", "chebyshev")
+BENT = 1e-6  # 1/m: less curvature is round-off
 
 
 def equilibrium(
@@ -79,12 +83,37 @@ def equilibrium(
         if found is None:
             step *= 0.25
             if step < MIN_LOAD_STEP:
-                raise StaticsFailed(reached, size, time, why)
+                raise StaticsFailed(reached, size, time, why + _unresolved(dynamics, state))
             continue
         previous = (reached, state)
         reached, state = share, found
         step *= 2.0
     return state
+
+
+def _unresolved(dynamics: Dynamics, q: Floats) -> str:
+    """Return a warning if the basis does not resolve the bending of the arm at q, else nothing.
+
+    A thin, heavy rod bends within (EI / weight per length)^(1/3) of its clamp. Polynomials that
+    cannot, wind to and fro instead, and that is unstable, or leads nowhere.
+    """
+    worst, where = ENDED, ""
+    for rod in dynamics.compiled.chain.rods.values():
+        for element in rod.elements:
+            for component, first, count in element.columns:
+                terms = np.abs(q[first : first + count])
+                if element.basis.kind not in SERIES or component > 2 or count < 3:
+                    continue
+                share = float(terms[-2:].max() / terms.max()) if terms.max() > BENT else 0.0
+                if share > worst:
+                    worst, where = share, dynamics.compiled.coordinate_names[first]
+    if not where:
+        return ""
+    return (
+        f"; its basis does not show the shape: the last terms of {where.rpartition('/')[0]} are "
+        f"{worst:.2g} of the largest, so a thin rod may bend within less than an element: try "
+        "more numerics.basis.elements or a higher order"
+    )
 
 
 def _is_stable(dynamics: Dynamics, mask: np.ndarray) -> bool:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from cosserat_bvp import solve_rod
 from scenes import ALL, rod, rod_document, scene_of
+from scipy.integrate import solve_bvp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
@@ -184,11 +185,62 @@ def test_a_perfect_column_buckles_at_eulers_load_and_says_so():
     dynamics, load = buckling_column(0.0)
     with pytest.raises(StaticsFailed, match="buckles") as failure:
         equilibrium(dynamics, tip=load)
+    assert "basis" not in str(failure.value)
     euler = np.pi**2 / 4 / 3.0
     assert failure.value.load_factor == pytest.approx(euler, abs=1e-3)
     # asked for, the unstable straight column is an equilibrium, too
     straight = equilibrium(dynamics, tip=load, stable=False)
     assert np.abs(straight).max() < 1e-9
+
+
+def thin(**options):
+    """Return a heavy rod of slenderness 5000: it bends within a millimetre of its clamp."""
+    return rod_document(radius=LENGTH / 1e4, gravity=(0, 0, -9.81), **options)
+
+
+def test_a_very_thin_rod_hangs_like_a_string_with_a_stiff_start():
+    """Its tip is where the boundary value problem of a heavy elastica has it.
+
+    EI θ″ = −w (L − s) cos θ, θ the slope downwards, θ(0) = θ′(L) = 0: a layer at the clamp, by
+    collocation; the weight stretches it by w s/EA (1 − s/2L) where it hangs.
+    """
+    radius = LENGTH / 1e4
+    area, inertia = np.pi * radius**2, np.pi * radius**4 / 4
+    weight, bending, axial = 1000.0 * area * 9.81, E * inertia, E * area
+
+    def rates(s, y):
+        pull = weight * (LENGTH - s)
+        stretch = 1.0 + pull * np.sin(y[0]) / axial
+        turned = -pull * np.cos(y[0]) / bending * stretch
+        return np.vstack([y[1], turned, stretch * np.cos(y[0]), stretch * np.sin(y[0])])
+
+    layer = (bending / (weight * LENGTH)) ** 0.5
+    s = np.unique(np.concatenate([np.linspace(0, 20 * layer, 400), np.linspace(0, LENGTH, 400)]))
+    theta = np.pi / 2 * (1 - np.exp(-s / layer))
+    guess = np.vstack([theta, np.pi / 2 / layer * np.exp(-s / layer), np.zeros_like(s), s])
+    answer = solve_bvp(
+        rates,
+        lambda a, b: np.array([a[0], a[2], a[3], b[1]]),
+        s, guess, tol=1e-8, max_nodes=200000,
+    )  # fmt: skip
+    assert answer.success
+    expected = [answer.y[2, -1], -answer.y[3, -1]]
+    document = thin(strains=ALL[:4], order=3, elements=12)
+    (whole,) = document["bodies"][0]["sections"]
+    document["bodies"][0]["sections"] = [
+        whole | {"name": "start", "length": 0.02 * LENGTH},
+        whole | {"name": "rest", "length": 0.98 * LENGTH},
+    ]
+    dynamics = Dynamics(scene_of(document))
+    pose = tip(dynamics, equilibrium(dynamics))
+    np.testing.assert_allclose(pose[[0, 2], 3], expected, atol=1e-6 * LENGTH)
+    assert expected[0] > 5e-4  # where a string has 0
+
+
+def test_what_a_basis_cannot_show_is_told_apart_from_buckling():
+    with pytest.raises(StaticsFailed, match=r"basis does not show.*rod/s/bend_y") as failed:
+        equilibrium(Dynamics(scene_of(thin(order=6, nodes=60))))
+    assert "numerics.basis.elements" in str(failed.value)
 
 
 def test_a_dead_tip_wrench_is_along_world_axes_whatever_the_base():

@@ -3,7 +3,8 @@
 The midpoint rule keeps quadratic invariants; the energy of large rotations is not quadratic, so it
 is off by O(h³) in a step. Multiplying all velocities by one number 1 + O(h³) at the end of the
 step changes the kinetic energy by exactly what is missing, whatever the shape, and nothing else.
-What a step may not correct, because next to nothing moves, is left to the next ones.
+What a step may not correct because next to nothing moves is left to the next ones; where the arm
+does move, so large a correction says that the step does not show the motion, and it is refused.
 """
 
 import math
@@ -11,12 +12,15 @@ import math
 from .account import residual, stock
 from .forcing import apply_loads, damping_power, inside, load_power
 from .jit import call_stage, unit
-from .newton import CONVERGED
+from .newton import CONVERGED, UNBALANCED, largest
 from .predictor import judge, predict, remember
 from .problem import DISSIPATED, LOAD_WORK, STEPS
 
 # Velocities are not changed by more than this part in one step.
 MOST = 0.01
+# What is left may be no more than this part of all energies, if the arm moves faster than so many
+# times what Newton's method may leave: slower, and its leftovers are what is missing.
+LEFT, MOVING = 1e-9, 1000.0
 
 
 @unit
@@ -45,6 +49,13 @@ def conservative_step(problem, t, h):
     wrong = residual(state, kinetic + elastic + weight, done, ledger)
     square = 1.0 - wrong / kinetic if kinetic > 0.0 else 1.0
     factor = min(1.0 + MOST, max(1.0 - MOST, math.sqrt(max(square, 0.0))))
+    left = abs(wrong + (factor * factor - 1.0) * kinetic)
+    turned = abs(done) + abs(ledger[LOAD_WORK]) + ledger[DISSIPATED]
+    if (
+        left > LEFT * (kinetic + elastic + abs(weight) + turned)
+        and largest(model.weight, v) > MOVING * problem.method.tolerance
+    ):
+        return UNBALANCED
     for i in range(len(model.law_ptr) - 1):  # dashpots behind the coordinates move no mass
         v[i] *= factor
     remember(work, h)

@@ -12,7 +12,7 @@ from .system import factor, solve
 from .tangent import tangent
 
 CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR, UNRESOLVED, INVERTED, TOO_FAR = 0, 1, 2, 3, 4, 5, 6
-LAWLESS, TOO_ROUGH = 7, 8
+LAWLESS, TOO_ROUGH, UNBALANCED = 7, 8, 9
 # In words, for errors.
 REASONS = {
     1: "Newton's method does not converge, even with 1/4096 of the step",
@@ -24,6 +24,9 @@ REASONS = {
     6: "the tip moves by more than an arm length (or a hinge by a radian) in a fraction of a step",
     7: "a fibre is stretched, compressed or sheared beyond where the law of its material holds",
     8: "options.error cannot be met, even with a millionth of the step",
+    9: "the steps do not show the motion: balancing its energy would change velocities by "
+    "more than 1 %, even with 1/4096 of the step (a smaller step, or sdirk2, which damps what it "
+    "does not show)",
 }
 # A contraction slower than this is worth new factors.
 SLOW = 0.2
