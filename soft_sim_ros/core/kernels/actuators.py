@@ -9,7 +9,8 @@ import numpy as np
 
 from .friction import TENSION, capstan, capstan_tangent
 from .jit import bare, kernel, unit
-from .products import add_entries, padded
+from .lanes import padded
+from .products import add_entries
 from .tendons import (
     add_length,
     add_length_rate,

@@ -269,6 +269,18 @@ def largest_lane(value):
 
 
 @kernel
+def sum_of(value):
+    """Return the sum of four lanes."""
+    return (lane(value, 0) + lane(value, 1)) + (lane(value, 2) + lane(value, 3))
+
+
+@kernel
+def padded(m):
+    """Return the next multiple of four."""
+    return (m + WIDTH - 1) // WIDTH * WIDTH
+
+
+@kernel
 def six(array, rows, at):
     """Return numbers ``at`` … ``at + 5`` of four rows as six lanes."""
     a, b = four(array, rows, at), four(array, rows, at + 2)

@@ -4,6 +4,7 @@ Small enough that a library call would cost more than the arithmetic.
 """
 
 from .jit import kernel
+from .lanes import WIDTH, fused, keep_one, one
 
 
 @kernel
@@ -62,24 +63,30 @@ def lu_solve(a, pivot, b):
 
 
 @kernel
-def lu_solve_rows(a, pivot, x):
-    """Solve in place for the columns of x (n, m) with the factors of ``lu_factor``."""
-    n, m = x.shape
+def lu_invert(a, pivot, x):
+    """Fill x (n, padded n) with the inverse of what ``lu_factor`` factored, padded with zeros."""
+    n, width = x.shape
+    for i in range(n):
+        for c in range(0, width, WIDTH):
+            keep_one(x, i, c, 0.0)
+        x[i, i] = 1.0
     for k in range(n):
         row = pivot[k]
         if row != k:
-            for c in range(m):
-                x[k, c], x[row, c] = x[row, c], x[k, c]
+            for c in range(0, width, WIDTH):
+                upper, lower = one(x, k, c), one(x, row, c)
+                keep_one(x, k, c, lower)
+                keep_one(x, row, c, upper)
     for i in range(1, n):
-        for j in range(i):
-            s = a[i, j]
-            for c in range(m):
-                x[i, c] -= s * x[j, c]
+        for c in range(0, width, WIDTH):
+            total = one(x, i, c)
+            for j in range(i):
+                total = fused(-a[i, j], one(x, j, c), total)
+            keep_one(x, i, c, total)
     for i in range(n - 1, -1, -1):
-        for j in range(i + 1, n):
-            s = a[i, j]
-            for c in range(m):
-                x[i, c] -= s * x[j, c]
-        s = 1.0 / a[i, i]
-        for c in range(m):
-            x[i, c] *= s
+        scale = 1.0 / a[i, i]
+        for c in range(0, width, WIDTH):
+            total = one(x, i, c)
+            for j in range(i + 1, n):
+                total = fused(-a[i, j], one(x, j, c), total)
+            keep_one(x, i, c, scale * total)

@@ -4,15 +4,9 @@ Columns are padded to a multiple of four with zeros, and taken four at once.
 """
 
 from .jit import kernel
-from .lanes import WIDTH, fused, keep_one, lane, one
+from .lanes import WIDTH, fused, keep_one, lane, one, sum_of
 from .maps import stack_of, weighed, weighed_down
 from .spaces import size_of
-
-
-@kernel
-def padded(m):
-    """Return the next multiple of four."""
-    return (m + WIDTH - 1) // WIDTH * WIDTH
 
 
 @kernel
@@ -49,6 +43,26 @@ def add_product_t(space, matrix, at, factor, x, out, begin, count):
             total = one(out, begin + i, j)
             total = weighed_down(space, matrix, at, i, factor, stack, total)
             keep_one(out, begin + i, j, total)
+
+
+@kernel
+def add_wide_product(matrix, x, out):
+    """Out (a, padded m) += matrix (a, ≥ b) times x (b, padded m)."""
+    for j in range(0, x.shape[1], WIDTH):
+        for i in range(out.shape[0]):
+            total = one(out, i, j)
+            for c in range(x.shape[0]):
+                total = fused(matrix[i, c], one(x, c, j), total)
+            keep_one(out, i, j, total)
+
+
+@kernel
+def row_product(x, i, y, j):
+    """Return the product of row i of x and row j of y (…, padded m)."""
+    total = one(x, i, 0) * one(y, j, 0)
+    for c in range(WIDTH, x.shape[1], WIDTH):
+        total = total + one(x, i, c) * one(y, j, c)
+    return sum_of(total)
 
 
 @kernel

@@ -19,8 +19,10 @@ import numpy as np
 from ..model import Floats, Ints, Model
 from .coupling import add_columns, correct, factor_columns
 from .jit import bare, kernel, unit
-from .linalg import lu_factor, lu_solve, lu_solve_rows, row_dot
+from .lanes import WIDTH, fused, keep_one, one
+from .linalg import lu_factor, lu_invert
 from .memory import struct
+from .products import accumulate, add_product_t, add_wide_product, clear, row_product
 from .spaces import size_of
 
 
@@ -28,18 +30,23 @@ from .spaces import size_of
 class System(NamedTuple):
     """Blocks of the matrix and of its factors.
 
-    A block of m coordinates from c on owns …
+    With w = 6 components of a twist (3 in a plane), and block b of m coordinates padded to W, a
+    multiple of four, with zeros: what is ``rows`` (k, W) of a block stands at k · column[b].
     """
 
-    offset: Ints  # (B + 1,) … diagonal[offset:] as (m, m)
-    diagonal: Floats  # D, then its LU factors after elimination
-    # with w = 6 components of a twist (3 in a plane)
-    motion: Floats  # (3w n,) … motion[3w c:] as (3w, m): Q = (J; Z; Y) at the end of the block
-    feels: Floats  # (3w n,) likewise: P
-    exerts: Floats  # (w n,) exerts[w c:] as (w, m): X
-    carry: Floats  # (3w n,) carry[3w c:] as (m, 3w): what it does when the part before moves by s
-    gain: Floats  # (w n,) gain[w c:] as (w, m): what it hands on to the base
-    pivot: Ints  # (n,)
+    offset: Ints  # (B + 1,) diagonal[offset[b]:] as (m, m)
+    column: Ints  # (B + 1,) sums of W
+    square: Ints  # (B + 1,) inverse[square[b]:] as (m, W)
+    diagonal: Floats  # D
+    motion: Floats  # rows (3w, W): Q = (J; Z; Y) at the end of the block
+    feels: Floats  # rows (3w, W): P
+    exerts: Floats  # rows (w, W): X
+    carry: Floats  # rows (3w, W): what it does when the part before moves, transposed
+    gain: Floats  # rows (w, W): what it hands on to the base
+    inverse: Floats  # of D + Jᵀ A Q, transposed
+    scratch: Floats  # (3w + m, W) of the largest block
+    pivot: Ints  # (m,) of the largest block
+    vectors: Floats  # (2, W) of the largest block
     left: Floats  # (R, n) columns of U, of what ties blocks together (coupling.py) …
     right: Floats  # (R, n) … and of V
     reach: Floats  # (R, n) columns of K₀⁻¹ U
@@ -51,18 +58,28 @@ class System(NamedTuple):
 def new_system(model: Model) -> System:
     """Allocate a zeroed system."""
     sizes = np.diff(model.block_col)
-    n = int(model.block_col[-1])
-    ties = int(model.couple_ptr[-1])
-    size = len(model.space.components)
+    widths = -(-sizes // WIDTH) * WIDTH
+    offset, column, square = (
+        np.concatenate([[0], np.cumsum(each)]).astype(np.int64)
+        for each in (sizes**2, widths, sizes * widths)
+    )
+    ties, n = int(model.couple_ptr[-1]), int(model.block_col[-1])
+    size, total = len(model.space.components), int(column[-1])
+    m, wide = int(sizes.max(initial=0)), int(widths.max(initial=WIDTH))
     return System(
-        offset=np.concatenate([[0], np.cumsum(sizes**2)]).astype(np.int64),
-        diagonal=np.zeros(int(np.sum(sizes**2))),
-        motion=np.zeros(3 * size * n),
-        feels=np.zeros(3 * size * n),
-        exerts=np.zeros(size * n),
-        carry=np.zeros(3 * size * n),
-        gain=np.zeros(size * n),
-        pivot=np.zeros(n, dtype=np.int64),
+        offset=offset,
+        column=column,
+        square=square,
+        diagonal=np.zeros(offset[-1]),
+        motion=np.zeros(3 * size * total),
+        feels=np.zeros(3 * size * total),
+        exerts=np.zeros(size * total),
+        carry=np.zeros(3 * size * total),
+        gain=np.zeros(size * total),
+        inverse=np.zeros(square[-1]),
+        scratch=np.zeros((3 * size + m) * wide),
+        pivot=np.zeros(m, dtype=np.int64),
+        vectors=np.zeros((2, wide)),
         left=np.zeros((ties, n)),
         right=np.zeros((ties, n)),
         reach=np.zeros((ties, n)),
@@ -73,8 +90,9 @@ def new_system(model: Model) -> System:
 
 
 @kernel
-def rows(flat, count, begin, end):
-    """Return the (count, m) matrix of a block in a flat array."""
+def rows(system, flat, count, b):
+    """Return the (count, W) matrix of block b in a flat array."""
+    begin, end = system.column[b], system.column[b + 1]
     return flat[count * begin : count * end].reshape((count, end - begin))
 
 
@@ -91,11 +109,11 @@ def dense(model, system, matrix):
             for j in range(m):
                 matrix[begin + i, begin + j] = system.diagonal[at]
                 at += 1
-        feels = rows(system.feels, 3 * size, begin, end)
-        exerts = rows(system.exerts, size, begin, end)
+        feels = rows(system, system.feels, 3 * size, b)
+        exerts = rows(system, system.exerts, size, b)
         for earlier in range(b):
             first, stop = model.block_col[earlier], model.block_col[earlier + 1]
-            motion = rows(system.motion, 3 * size, first, stop)
+            motion = rows(system, system.motion, 3 * size, earlier)
             for i in range(m):
                 for j in range(stop - first):
                     below, above = 0.0, 0.0
@@ -111,49 +129,40 @@ def dense(model, system, matrix):
 @kernel
 def factor_chain(model, system):
     """Eliminate from the tip to the base; return False if a block is singular or not finite."""
-    size = size_of(model.space)
+    space = model.space
+    size = size_of(space)
     # A_i: wrench handed to the base per unit motion handed to the tip
     a = np.zeros((size, 3 * size))
     for b in range(len(model.block_col) - 2, -1, -1):
-        begin, end = model.block_col[b], model.block_col[b + 1]
-        m = end - begin
+        m = model.block_col[b + 1] - model.block_col[b]
         if m == 0:
             continue
-        d = system.diagonal[system.offset[b] : system.offset[b + 1]].reshape((m, m))
-        motion = rows(system.motion, 3 * size, begin, end)
-        feels = rows(system.feels, 3 * size, begin, end)
-        gain = rows(system.gain, size, begin, end)
-        carry = system.carry[3 * size * begin : 3 * size * end].reshape((m, 3 * size))
-        # gain = A Q + X, and D + Jᵀ A Q
-        for r in range(size):
-            for j in range(m):
-                gain[r, j] = 0.0
-            for c in range(3 * size):
-                s = a[r, c]
-                for j in range(m):
-                    gain[r, j] += s * motion[c, j]
-            for i in range(m):
-                s = motion[r, i]
-                for j in range(m):
-                    d[i, j] += s * gain[r, j]
-            for j in range(m):
-                gain[r, j] += system.exerts[size * begin + r * m + j]
-        if not lu_factor(d, system.pivot[begin:end]):
-            return False
-        # carry = (D + Jᵀ A Q)⁻¹ (Pᵀ + Jᵀ A)
+        motion, gain = rows(system, system.motion, 3 * size, b), rows(system, system.gain, size, b)
+        carry = rows(system, system.carry, 3 * size, b)
+        width = motion.shape[1]
+        felt = system.scratch[: 3 * size * width].reshape((3 * size, width))
+        block = system.scratch[3 * size * width : (3 * size + m) * width].reshape((m, width))
+        # A Q, and D + Jᵀ A Q, transposed as its inverse will be
+        clear(gain, size)
+        add_wide_product(a, motion, gain)
         for i in range(m):
-            for c in range(3 * size):
-                carry[i, c] = feels[c, i]
-            for r in range(size):
-                s = motion[r, i]
-                for c in range(3 * size):
-                    carry[i, c] += s * a[r, c]
-        lu_solve_rows(d, system.pivot[begin:end], carry)
+            for j in range(m):
+                block[j, i] = system.diagonal[system.offset[b] + i * m + j]
+        add_product_t(space, gain, 0, 1.0, motion, block, 0, m)
+        accumulate(gain, rows(system, system.exerts, size, b), size)
+        inverse = system.inverse[system.square[b] : system.square[b + 1]].reshape((m, width))
+        if not lu_factor(block, system.pivot):
+            return False
+        lu_invert(block, system.pivot, inverse)
+        # carry = (D + Jᵀ A Q)⁻¹ (Pᵀ + Jᵀ A)
+        clear(felt, 3 * size)
+        accumulate(felt, rows(system, system.feels, 3 * size, b), 3 * size)
+        add_product_t(space, a, 0, 1.0, motion, felt, 0, 3 * size)
+        clear(carry, 3 * size)
+        add_wide_product(felt, inverse, carry)
         for r in range(size):
-            for i in range(m):
-                s = gain[r, i]
-                for c in range(3 * size):
-                    a[r, c] -= s * carry[i, c]
+            for c in range(3 * size):
+                a[r, c] -= row_product(gain, r, carry, c)
     return True
 
 
@@ -161,35 +170,53 @@ def factor_chain(model, system):
 def solve_chain(model, system, x):
     """Solve in place for x (n,) with the factors of ``factor_chain``."""
     size = size_of(model.space)
-    handed = np.zeros(size)  # towards the base
+    handed = np.zeros((1, size))  # towards the base
     for b in range(len(model.block_col) - 2, -1, -1):
-        begin, end = model.block_col[b], model.block_col[b + 1]
-        m = end - begin
+        begin, m = model.block_col[b], model.block_col[b + 1] - model.block_col[b]
         if m == 0:
             continue
-        d = system.diagonal[system.offset[b] : system.offset[b + 1]].reshape((m, m))
-        jac = rows(system.motion, 3 * size, begin, end)
-        gain = rows(system.gain, size, begin, end)
-        y = x[begin:end]
+        motion, gain = rows(system, system.motion, 3 * size, b), rows(system, system.gain, size, b)
+        inverse = system.inverse[system.square[b] : system.square[b + 1]]
+        width = motion.shape[1]
+        inverse = inverse.reshape((m, width))
+        for i in range(m):
+            system.vectors[0, i] = x[begin + i]
+        for j in range(0, width, WIDTH):
+            total = one(system.vectors, 0, j)
+            for c in range(size):
+                total = fused(-handed[0, c], one(motion, c, j), total)
+            keep_one(system.vectors, 0, j, total)
+        for j in range(0, width, WIDTH):
+            total = system.vectors[0, 0] * one(inverse, 0, j)
+            for c in range(1, m):
+                total = fused(system.vectors[0, c], one(inverse, c, j), total)
+            keep_one(system.vectors, 1, j, total)
+        for i in range(m):
+            x[begin + i] = system.vectors[1, i]
         for c in range(size):
-            take = handed[c]
-            for i in range(m):
-                y[i] -= jac[c, i] * take
-        lu_solve(d, system.pivot[begin:end], y)
-        for c in range(size):
-            handed[c] += row_dot(gain[c], y, 0, m)
+            handed[0, c] += row_product(gain, c, system.vectors, 1)
     s = np.zeros(3 * size)
     for b in range(len(model.block_col) - 1):
-        begin, end = model.block_col[b], model.block_col[b + 1]
-        m = end - begin
-        motion = rows(system.motion, 3 * size, begin, end)
-        carry = system.carry[3 * size * begin : 3 * size * end].reshape((m, 3 * size))
+        begin, m = model.block_col[b], model.block_col[b + 1] - model.block_col[b]
+        if m == 0:
+            continue
+        motion = rows(system, system.motion, 3 * size, b)
+        carry = rows(system, system.carry, 3 * size, b)
+        width = motion.shape[1]
+        for i in range(m):
+            system.vectors[1, i] = x[begin + i]
+        for i in range(m, width):
+            system.vectors[1, i] = 0.0
         if begin > 0:
+            for j in range(0, width, WIDTH):
+                total = one(system.vectors, 1, j)
+                for c in range(3 * size):
+                    total = fused(-s[c], one(carry, c, j), total)
+                keep_one(system.vectors, 1, j, total)
             for i in range(m):
-                x[begin + i] -= row_dot(carry[i], s, 0, 3 * size)
-        y = x[begin:end]
+                x[begin + i] = system.vectors[1, i]
         for c in range(3 * size):
-            s[c] += row_dot(motion[c], y, 0, m)
+            s[c] += row_product(motion, c, system.vectors, 1)
 
 
 @unit

@@ -29,7 +29,6 @@ from .products import (
     add_product,
     add_product_t,
     clear,
-    padded,
 )
 from .spaces import polar_of, rotation_of, size_of, wrench_of
 from .sweep import place
@@ -99,11 +98,15 @@ def block_tangent(model, data, alpha, b, tail, pieces, system):
     size = size_of(space)
     begin, end = model.block_col[b], model.block_col[b + 1]
     m = end - begin
-    width = padded(m)
-    # J, J̇, J̈ of the columns so far, what a segment adds to them, what a node feels of them
-    jac, step, feel = np.zeros((20, width)), np.zeros((20, width)), np.zeros((20, width))
+    # what a node feels of the columns so far, what they exert
+    feel, exerts = rows(system, system.feels, 3 * size, b), rows(system, system.exerts, size, b)
+    width = feel.shape[1]
+    # J, J̇, J̈ of the columns so far, what a segment adds to them
+    jac, step = np.zeros((20, width)), np.zeros((20, width))
     z, y, out = np.zeros((size, width)), np.zeros((size, width)), np.zeros((size, width))
-    exerts, turned, block = np.zeros((size, width)), np.zeros((12, width)), np.zeros((m, width))
+    turned, block = np.zeros((12, width)), np.zeros((m, width))
+    clear(feel, 3 * size)
+    clear(exerts, size)
     inner = np.zeros((3 * size, 8))
     start, last = model.block_seg[b], model.block_seg[b + 1] - 1
     for k in range(start, last + 1):
@@ -139,17 +142,12 @@ def block_tangent(model, data, alpha, b, tail, pieces, system):
     for i in range(m):
         for j in range(m):
             diagonal[i, j] = block[i, j]
-    motion = rows(system.motion, 3 * size, begin, end)
-    feels = rows(system.feels, 3 * size, begin, end)
-    exerted = rows(system.exerts, size, begin, end)
+    motion = rows(system, system.motion, 3 * size, b)
     for c in range(size):
-        for j in range(m):
-            exerted[c, j] = exerts[c, j]
-            motion[c, j] = jac[c, j]
-            motion[size + c, j] = z[c, j]
-            motion[2 * size + c, j] = y[c, j]
-            for d in range(3):
-                feels[d * size + c, j] = feel[d * size + c, j]
+        for j in range(0, width, WIDTH):
+            keep_one(motion, c, j, one(jac, c, j))
+            keep_one(motion, size + c, j, one(z, c, j))
+            keep_one(motion, 2 * size + c, j, one(y, c, j))
 
 
 @kernel
