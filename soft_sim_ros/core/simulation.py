@@ -115,7 +115,6 @@ class Simulation:
         self.q, self.v = self._q[: self.n_coordinates], self._v[: self.n_coordinates]
         self.q.flags.writeable = self.v.flags.writeable = False
         self._efforts = np.array([actuator.safe for actuator in scene.actuators], dtype=np.float64)
-        self._lengths = self.model.winch[:, 0] != 0.0  # actuators commanded by length
         self._held = Held(
             gravity=self.compiled.gravity.copy(),
             effort=self._efforts,
@@ -190,20 +189,10 @@ class Simulation:
 
     def set_efforts(self, efforts: Floats) -> None:
         """Hold efforts (A,) in scene order, in N·m, N or Pa (lengths in m), from now on."""
-        efforts = np.asarray(efforts, dtype=np.float64)
-        if efforts.shape != self._efforts.shape or not np.isfinite(efforts).all():
-            raise ValueError(
-                f"efforts must be {self._efforts.shape} finite numbers, not {efforts!r}"
-            )
-        if np.array_equal(efforts, self._efforts):
-            return
-        self._settle()
-        before = self._state.account[ELASTIC]
-        self._efforts[:] = efforts
-        if self._lengths.any():  # a winch that jumps stretches its tendon
-            self._entry.take_stock()
-            self._state.account[BOOKED] += self._state.account[ELASTIC] - before
-        self._work.restart[0] = 1
+        given = np.ascontiguousarray(efforts, dtype=np.float64)
+        if given.shape != self._efforts.shape or not self._entry.hold(given):
+            expected = f"{self._efforts.shape} finite numbers"
+            raise ValueError(f"efforts must be {expected}, not {efforts!r}")
 
     def set_tip_wrench(self, wrench: Floats, frame: str = "world") -> None:
         """Hold a wrench (6,), moment N·m then force N, on the tip.

@@ -1,7 +1,9 @@
 """The energy ledger: what is stored, and what came in and went out."""
 
-from .actuators import port_motion
-from .jit import kernel, unit
+import math
+
+from .actuators import port_motion, tendon_energy
+from .jit import bare, kernel, unit
 from .output import energies
 from .problem import (
     ACTUATOR_WORK,
@@ -13,6 +15,10 @@ from .problem import (
     LOAD_WORK,
     REFERENCE,
 )
+from .sweep import strains
+
+# What ``hold`` returns.
+SAME, CHANGED, ABSURD = 0, 1, 2
 
 
 @kernel
@@ -23,11 +29,17 @@ def stock(model, data, held, state, q, v):
     """
     kinetic, elastic, weight = energies(model, data, q, v, v)
     port_motion(model, data, q, v, state.position, state.rate, state.acting)
+    return kinetic, elastic, weight, actuator_work(model, held, state)
+
+
+@kernel
+def actuator_work(model, held, state):
+    """Return the work of the actuators in J up to the port positions in ``state``."""
     work = state.account[BOOKED]
     for i in range(len(held.effort)):
         if model.winch[i, 0] == 0.0:  # a winch that holds a length does no work
             work += held.effort[i] * (state.position[i] - state.settled[i])
-    return kinetic, elastic, weight, work
+    return work
 
 
 @kernel
@@ -48,3 +60,34 @@ def take_stock(problem):
     kinetic, elastic, weight, work = stock(problem.model, data, held, state, state.q, state.v)
     state.account[KINETIC], state.account[ELASTIC] = kinetic, elastic
     state.account[GRAVITY], state.account[ACTUATOR_WORK] = weight, work
+
+
+@unit
+def hold(problem, efforts):
+    """Hold other efforts (A,) from the present state on; return SAME, CHANGED or ABSURD.
+
+    The work of those held so far is booked: exactly, since they were constant.
+    """
+    efforts = bare(efforts)
+    model, data, held, state = problem.model, problem.data, problem.held, problem.state
+    same = True
+    for i in range(len(efforts)):
+        if not math.isfinite(efforts[i]):
+            return ABSURD
+        same = same and efforts[i] == held.effort[i]
+    if same:
+        return SAME
+    for i in range(len(efforts)):
+        data.effort[i] = held.effort[i]
+    if len(model.tendon_seg) > 0:
+        strains(model, data, state.q, state.v, state.v)
+    port_motion(model, data, state.q, state.v, state.position, state.rate, state.acting)
+    state.account[BOOKED] = actuator_work(model, held, state)
+    stored = tendon_energy(model, data)
+    for i in range(len(efforts)):
+        state.settled[i] = state.position[i]
+        held.effort[i] = data.effort[i] = efforts[i]
+    # a winch that jumps stretches its tendon
+    state.account[BOOKED] += tendon_energy(model, data) - stored
+    problem.work.restart[0] = 1
+    return CHANGED

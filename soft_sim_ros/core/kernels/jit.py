@@ -179,3 +179,9 @@ def call_advance(context, where, problem, start_ns, step_ns, steps):  # noqa: AR
 def call_account(context, where, problem):  # noqa: ARG001
     """Call take_stock(problem) by address; the problem is its address as a number."""
     return _call(numba.types.none, where, (problem,), pointers=1)
+
+
+@_intrinsic
+def call_hold(context, where, problem, efforts):  # noqa: ARG001
+    """Call hold(problem, efforts) by address; the problem is its address as a number."""
+    return _call(numba.types.intp, where, (problem, efforts), pointers=1)
