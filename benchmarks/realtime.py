@@ -79,11 +79,11 @@ def arm(integrator: str, step: float) -> Simulation:
     return Simulation(parse_scene(yaml.safe_dump(document), "soft_arm.yaml"))
 
 
-def program(given: Input, simulation: Simulation, duration: float) -> Floats:
-    """Return the torques (k, A) in N·m of a run."""
+def program(given: Input, simulation: Simulation, duration: float, share: float = SHARE) -> Floats:
+    """Return the torques (k, A) in N·m of a run, up to ``share`` of their limits."""
     high = np.array([actuator.limits[1] for actuator in simulation.scene.actuators])
     count = round(duration / (given.hold * STEP))
-    return SHARE * high * given.torques(count, len(high))
+    return share * high * given.torques(count, len(high))
 
 
 def whole(

@@ -37,8 +37,8 @@ def kernel(function: F) -> F:
     """Compile ``function`` without the GIL, cached, in strict IEEE arithmetic, inlined in others.
 
     Strict, because a kernel is compiled anew wherever it is inlined and any copy may be the one
-    that runs: only without fused or reordered operations do all copies give the same bits, which
-    is what re-simulation relies on. It costs nothing that can be measured.
+    that runs: only if the compiler fuses and reorders nothing by itself do all copies give the
+    same bits, which is what re-simulation relies on. It costs nothing that can be measured.
     """
     return _not_called(_inlined(function))
 

@@ -1,0 +1,65 @@
+"""How many nodes the default arm needs: ``python -m benchmarks.nodes``.
+
+Writes benchmarks/results/nodes.json. The arm with its own degrees and 4 to 12 nodes per section,
+under the torques of ``benchmarks.realtime`` at their full limits, against the same arm with degrees
+of five and 16 nodes, both by ``sdirk3`` at 1 ms: the largest distance of the tips over the run and
+the length. What the degrees leave out is in it, and does not depend on nodes: where the distance
+stops falling, more nodes are of no use.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from soft_sim_ros.core.model import Floats
+from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.scene import load_scene, parse_scene
+
+from . import machine
+from .realtime import INPUTS, STEP, Input, program, whole
+
+FILE = Path(__file__).parent / "results" / "nodes.json"
+COUNTS = (4, 5, 6, 7, 12)
+FINE = {"order": {"torsion": 3, "bend_y": 5, "bend_z": 5, "stretch": 3}, "nodes": 16}
+SHARE, SECONDS = 1.0, 3.0
+
+
+def arm(basis: dict[str, Any]) -> Simulation:
+    """Return the default arm with another basis."""
+    document = yaml.safe_load(load_scene("soft_arm").source)
+    numerics = document["numerics"]
+    numerics |= {"integrator": "sdirk3", "step": STEP, "basis": numerics["basis"] | basis}
+    return Simulation(parse_scene(yaml.safe_dump(document), "soft_arm.yaml"))
+
+
+def tips(given: Input, simulation: Simulation) -> Floats:
+    """Return the tips (k, 3) in m of a run."""
+    return whole(simulation, program(given, simulation, SECONDS, SHARE), given.hold)[1]
+
+
+def main() -> int:
+    """Measure, tell, and keep."""
+    rows = []
+    for given in INPUTS:
+        exact = tips(given, arm(FINE))
+        errors = {}
+        for count in COUNTS:
+            simulation = arm({"nodes": count})
+            away = np.linalg.norm(tips(given, simulation) - exact, axis=1)
+            errors[count] = float(away.max() / simulation.length)
+        rows.append({"input": given.name, "error_rel": errors})
+        told = " | ".join(f"{error:.2e}" for error in errors.values())
+        print(f"| {given.name} | {told} |", flush=True)
+    kept = {"limits": SHARE, "simulated_s": SECONDS, "rows": rows, "machine": machine.facts()}
+    FILE.write_text(json.dumps(kept, indent=1) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
