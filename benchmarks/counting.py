@@ -1,8 +1,8 @@
 """What a compiled kernel executes, counted and not guessed: without hardware counters.
 
 The optimised LLVM code of a compiled kernel is the last text before instructions are chosen for the
-processor, one for one as far as arithmetic goes: the compiler may fuse nothing by itself. A copy of it
-gets a counter in every basic block and is compiled beside the original; executions times what
+processor, one for one as far as arithmetic goes: the compiler may fuse nothing by itself. A copy of
+it gets a counter in every basic block and is compiled beside the original; executions times what
 stands in the blocks is what was executed. Vectors count with all their lanes.
 """
 
