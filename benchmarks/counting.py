@@ -46,7 +46,8 @@ def classify(line: str) -> Counter[str]:
         intrinsic = _INTRINSIC.search(line)
         if intrinsic:
             name = "sqrt" if intrinsic.group(1) == "sqrt" else "fma"
-            return Counter({name: lanes, "instructions": 1})
+            flops = lanes * FLOPS[name] if lanes > 1 else 0
+            return Counter({name: lanes, "vector": flops, "instructions": 1})
         callee = _CALLEE.search(line)
         name = callee.group(1) if callee else ""
         if name in _LIBM:

@@ -1,5 +1,9 @@
 """Four segments at once: every lane is what a segment alone would be, whatever its neighbours."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -77,3 +81,38 @@ def test_fused_products_are_rounded_once_and_others_twice():
     a = np.full((1, 4), 1.0 + tiny)
     c = np.full((1, 4), -(1.0 + 2.0 * tiny))
     assert once(a, a, c) == (tiny**2, 0.0)
+
+
+BITS = """
+import hashlib
+import numpy as np
+from soft_sim_ros.core.dynamics import Dynamics
+from soft_sim_ros.scene import load_scene
+
+dynamics = Dynamics(load_scene("cantilever"))
+q, v, a = np.random.default_rng(0).normal(size=(3, dynamics.n))
+found = [dynamics.inverse_dynamics(q, v, a), *dynamics.tangents(q, v, a)]
+assert all(np.isfinite(part).all() for part in found)
+print(hashlib.sha256(b"".join(part.tobytes() for part in found)).hexdigest())
+"""
+
+
+def test_bits_are_those_of_a_processor_without_wide_registers(tmp_path):
+    """Nor with fused multiply-adds: there a library rounds them once, too."""
+    plain = {
+        "NUMBA_CPU_NAME": "generic",
+        "NUMBA_CPU_FEATURES": "",
+        "NUMBA_CACHE_DIR": str(tmp_path),
+    }
+    told = [
+        subprocess.run(
+            [sys.executable, "-c", BITS],
+            env=os.environ | other,
+            capture_output=True,
+            check=True,
+            text=True,
+        ).stdout
+        for other in ({}, plain)
+    ]
+    assert len(told[0].strip()) == 64
+    assert told[0] == told[1]
