@@ -14,41 +14,29 @@ import time
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import yaml
-
 from soft_sim_ros.core.contract import choose
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.refinement import words
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.watch import WatchedInputs
-from soft_sim_ros.scene import Scene, load_scene, parse_scene
 
 from . import machine
-from .realtime import SHARE
+from .realtime import INPUTS, STEP, program, scene_with
 
 FILE = Path(__file__).parent / "results" / "companion.json"
 TOLERANCES = (1e-2, 1e-3, 1e-4)
-STEP, PERIOD, HOLD, SECONDS, REPEATS = 0.001, 4, 100, 2.0, 3
-
-
-def chosen(tolerance: float) -> Scene:
-    """Return the default arm with what a tolerance makes of its numerics."""
-    document = yaml.safe_load(load_scene("soft_arm").source)
-    document["numerics"] = {"step": STEP, "tolerance": tolerance}
-    return choose(parse_scene(yaml.safe_dump(document), "soft_arm.yaml")).scene
+PERIOD, SECONDS, REPEATS = 4, 2.0, 3
+DRIVE = next(one for one in INPUTS if one.hold == 100)
 
 
 def seconds(inputs: Inputs) -> float:
     """Return the CPU time in s of a run."""
-    high = np.array([actuator.limits[1] for actuator in inputs.simulation.scene.actuators])
-    random = np.random.default_rng(1)
     inputs.reset()
     spent = 0.0
-    for _ in range(round(SECONDS / (STEP * HOLD))):
-        inputs.command(SHARE * high * random.uniform(-1.0, 1.0, len(high)))
+    for torques in program(DRIVE, inputs.simulation, SECONDS):
+        inputs.command(torques)
         begin = time.process_time()
-        for _ in range(HOLD // PERIOD):
+        for _ in range(DRIVE.hold // PERIOD):
             inputs.advance(PERIOD)
         spent += time.process_time() - begin
     return spent
@@ -56,7 +44,7 @@ def seconds(inputs: Inputs) -> float:
 
 def row_of(tolerance: float) -> dict[str, Any]:
     """Measure one tolerance."""
-    scene = chosen(tolerance)
+    scene = choose(scene_with({"step": STEP, "tolerance": tolerance})).scene
     alone = Inputs(Simulation(scene), 0.0, 0.0)
     watched = WatchedInputs(Simulation(scene), 0.0, 0.0)
     spent = [min(seconds(inputs) for _ in range(REPEATS)) for inputs in (alone, watched)]

@@ -15,14 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from soft_sim_ros.core.model import Floats
 from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.scene import load_scene, parse_scene
 
 from . import machine
-from .realtime import INPUTS, STEP, Input, program, whole
+from .realtime import INPUTS, STEP, Input, arm, arm_numerics, program, whole
 
 FILE = Path(__file__).parent / "results" / "nodes.json"
 COUNTS = (4, 5, 6, 7, 12)
@@ -30,12 +28,10 @@ FINE = {"order": {"torsion": 3, "bend_y": 5, "bend_z": 5, "stretch": 3}, "nodes"
 SHARE, SECONDS = 1.0, 3.0
 
 
-def arm(basis: dict[str, Any]) -> Simulation:
+def with_basis(**basis: Any) -> Simulation:
     """Return the default arm with another basis."""
-    document = yaml.safe_load(load_scene("soft_arm").source)
-    numerics = document["numerics"]
-    numerics |= {"integrator": "sdirk3", "step": STEP, "basis": numerics["basis"] | basis}
-    return Simulation(parse_scene(yaml.safe_dump(document), "soft_arm.yaml"))
+    basis = arm_numerics()["basis"] | basis
+    return arm(integrator="sdirk3", step=STEP, basis=basis)
 
 
 def tips(given: Input, simulation: Simulation) -> Floats:
@@ -47,10 +43,10 @@ def main() -> int:
     """Measure, tell, and keep."""
     rows = []
     for given in INPUTS:
-        exact = tips(given, arm(FINE))
+        exact = tips(given, with_basis(**FINE))
         errors = {}
         for count in COUNTS:
-            simulation = arm({"nodes": count})
+            simulation = with_basis(nodes=count)
             away = np.linalg.norm(tips(given, simulation) - exact, axis=1)
             errors[count] = float(away.max() / simulation.length)
         rows.append({"input": given.name, "error_rel": errors})

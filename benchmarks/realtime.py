@@ -29,7 +29,7 @@ import yaml
 
 from soft_sim_ros.core.model import Floats
 from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.scene import load_scene, parse_scene
+from soft_sim_ros.scene import Scene, load_scene, parse_scene
 
 from . import machine
 
@@ -72,11 +72,22 @@ INPUTS = (
 )
 
 
-def arm(integrator: str, step: float) -> Simulation:
-    """Return the default arm with another method and step."""
+def arm(**numerics: Any) -> Simulation:
+    """Return the default arm with some of its numerics exchanged."""
+    return Simulation(scene_with(arm_numerics() | numerics))
+
+
+def arm_numerics() -> dict[str, Any]:
+    """Return the numerics of the default arm as they are written."""
+    found: dict[str, Any] = yaml.safe_load(load_scene("soft_arm").source)["numerics"]
+    return found
+
+
+def scene_with(numerics: dict[str, Any]) -> Scene:
+    """Return the default arm with other numerics."""
     document = yaml.safe_load(load_scene("soft_arm").source)
-    document["numerics"] |= {"integrator": integrator, "step": step}
-    return Simulation(parse_scene(yaml.safe_dump(document), "soft_arm.yaml"))
+    document["numerics"] = numerics
+    return parse_scene(yaml.safe_dump(document), "soft_arm.yaml")
 
 
 def program(given: Input, simulation: Simulation, duration: float, share: float = SHARE) -> Floats:
@@ -153,7 +164,7 @@ def percentiles(values: np.ndarray) -> dict[str, float]:
 
 def measured(integrator: str, given: Input, duration: float, reference: Floats) -> dict[str, Any]:
     """Return one row."""
-    simulation = arm(integrator, STEP)
+    simulation = arm(integrator=integrator, step=STEP)
     torques = program(given, simulation, duration)
     before = simulation.statistics()
     spent, tips = whole(simulation, torques, given.hold)
@@ -205,11 +216,11 @@ def main() -> int:
     given = parser.parse_args()
     rows = []
     for one in INPUTS:
-        refined = arm(REFINED_METHOD, STEP / REFINED)
+        refined = arm(integrator=REFINED_METHOD, step=STEP / REFINED)
         torques = program(one, refined, given.seconds)
         _, reference = whole(refined, torques, one.hold, REFINED)
         for integrator in given.integrators:
-            arm(integrator, STEP).advance(1)  # compiles
+            arm(integrator=integrator, step=STEP).advance(1)  # compiles
             rows.append(measured(integrator, one, given.seconds, reference))
             print(json.dumps(rows[-1]), flush=True)
     print(table(rows))

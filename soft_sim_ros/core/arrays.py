@@ -27,6 +27,11 @@ def vector(name: str, value: object, size: int) -> Floats:
     return array
 
 
+def vector_or_zeros(name: str, value: object | None, size: int) -> Floats:
+    """Return ``vector`` of an argument that may be left out: None stands for zeros."""
+    return np.zeros(size) if value is None else vector(name, value, size)
+
+
 def ints(values: object) -> Ints:
     """Return a flat array of integers."""
     return np.array(values, dtype=np.int64).reshape(-1)

@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import Diverged, NewtonFailed
 from ..scene import Scene
 from . import se3
+from .arrays import vector_or_zeros
 from .dynamics import Dynamics
 from .kernels import charts
 from .kernels.advance import REACH
@@ -306,8 +307,8 @@ class _Step:
 
 def _checked(name: str, value: Floats | None, size: int) -> Floats:
     """Return an argument as finite numbers (size,), zeros by default."""
-    array = np.zeros(size) if value is None else np.asarray(value, dtype=np.float64)
-    if array.shape != (size,) or not np.isfinite(array).all():
+    array = vector_or_zeros(name, value, size)
+    if not np.isfinite(array).all():
         raise ValueError(f"{name} must be {size} finite numbers, not {value!r}")
     return array
 

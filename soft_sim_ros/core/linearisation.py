@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve, expm
 
-from .arrays import vector
+from .arrays import vector_or_zeros
 from .dynamics import Dynamics
 from .model import Floats
 
@@ -128,7 +128,7 @@ def linearise(
     """
     n, actuators = dynamics.n, dynamics.actuators
     q = dynamics.coordinates(q).copy()
-    held = np.zeros(actuators) if efforts is None else vector("efforts", efforts, actuators).copy()
+    held = vector_or_zeros("efforts", efforts, actuators).copy()
     zero = np.zeros(n)
     forcing = (held, time, 1.0, tip, tip_follows)
     factors = cho_factor(dynamics.mass_matrix(q))

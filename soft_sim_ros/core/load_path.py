@@ -8,10 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from ..errors import CommandError
-from .arrays import vector
+from .arrays import vector, vector_or_zeros
 from .dynamics import Dynamics
 from .kernels.forcing import schedule_factor
 from .model import Data, Floats
@@ -44,7 +42,7 @@ def tip_wrench(
     Both along world axes, or (``tip_follows``) along those of the tip; all else acts in full.
     """
     wrench = vector("wrench", wrench, 6)
-    rest = np.zeros(6) if held is None else vector("held", held, 6)
+    rest = vector_or_zeros("held", held, 6)
     return lambda load: dynamics.forcing(efforts, time, 1.0, rest + load * wrench, tip_follows)
 
 
@@ -65,9 +63,7 @@ def one_effort(
     """
     names = [actuator.name for actuator in dynamics.compiled.scene.actuators]
     index = _index(name, names, "actuator")
-    level = (
-        np.zeros(len(names)) if efforts is None else vector("efforts", efforts, len(names)).copy()
-    )
+    level = vector_or_zeros("efforts", efforts, len(names)).copy()
 
     def forcing(load: float) -> Data:
         level[index] = load

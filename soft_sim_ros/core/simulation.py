@@ -189,7 +189,7 @@ class Simulation:
 
     def set_efforts(self, efforts: Floats) -> None:
         """Hold efforts (A,) in scene order, in N·m, N or Pa (lengths in m), from now on."""
-        given = np.ascontiguousarray(efforts, dtype=np.float64)
+        given = np.array(efforts, dtype=np.float64)
         if given.shape != self._efforts.shape or not self._entry.hold(given):
             expected = f"{self._efforts.shape} finite numbers"
             raise ValueError(f"efforts must be {expected}, not {efforts!r}")

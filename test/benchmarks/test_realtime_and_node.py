@@ -27,13 +27,15 @@ def module(name):
 def test_errors_fall_with_the_step_and_steps_are_counted(monkeypatch):
     realtime = module("realtime")
     given = next(one for one in realtime.INPUTS if one.hold == 10)
-    refined = realtime.arm(realtime.REFINED_METHOD, realtime.STEP / realtime.REFINED)
+    refined = realtime.arm(
+        integrator=realtime.REFINED_METHOD, step=realtime.STEP / realtime.REFINED
+    )
     torques = realtime.program(given, refined, 0.1)
     _, reference = realtime.whole(refined, torques, given.hold, realtime.REFINED)
     row = realtime.measured("sdirk2", given, 0.1, reference)
     assert 2.0 <= row["evaluations_per_step"] < 12.0
     assert row["refused"] == 0 and row["times_real_time"] > 0.0
-    finer = realtime.arm("sdirk2", realtime.STEP / 2)
+    finer = realtime.arm(integrator="sdirk2", step=realtime.STEP / 2)
     _, tips = realtime.whole(finer, torques, given.hold, 2)
     error = np.linalg.norm(tips - reference, axis=1).max() / finer.length
     assert 0.0 < error < 0.6 * row["error_rel"]

@@ -17,9 +17,6 @@ from .problem import (
 )
 from .sweep import strains
 
-# What ``hold`` returns.
-SAME, CHANGED, ABSURD = 0, 1, 2
-
 
 @kernel
 def stock(model, data, held, state, q, v):
@@ -64,7 +61,7 @@ def take_stock(problem):
 
 @unit
 def hold(problem, efforts):
-    """Hold other efforts (A,) from the present state on; return SAME, CHANGED or ABSURD.
+    """Hold efforts (A,) from the present state on; return False if they are not finite.
 
     The work of those held so far is booked: exactly, since they were constant.
     """
@@ -73,10 +70,10 @@ def hold(problem, efforts):
     same = True
     for i in range(len(efforts)):
         if not math.isfinite(efforts[i]):
-            return ABSURD
+            return False
         same = same and efforts[i] == held.effort[i]
     if same:
-        return SAME
+        return True
     for i in range(len(efforts)):
         data.effort[i] = held.effort[i]
     if len(model.tendon_seg) > 0:
@@ -90,4 +87,4 @@ def hold(problem, efforts):
     # a winch that jumps stretches its tendon
     state.account[BOOKED] += tendon_energy(model, data) - stored
     problem.work.restart[0] = 1
-    return CHANGED
+    return True

@@ -38,18 +38,13 @@ def segment_stumpff(model, data, rows, series):
 
 
 @algebra
-def pose_derivatives(model, data, k, count, c, columns):
-    """Fill columns (4, 12, 20) for segments from k on, of ``count``.
+def pose_derivatives(model, data, rows, beyond, c, columns, here):
+    """Fill rows ``here`` of columns (4, 12, 20) for segments ``rows``, nodes ``beyond`` them.
 
     Row 6g + j is the base-frame twist of the node beyond per unit of strain j at Gauss point g,
     and its two rates. c: the segments' Stumpff functions.
     """
     space = model.space
-    rows, beyond, here = (
-        lanes_from(k, count),
-        lanes_from(k + 1, count + 1),
-        lanes_from(0, count - k),
-    )
     half, kappa = each(model.half, rows, 0), each(model.kappa, rows, 0)
     t, t1, t2 = tangent_jet(
         twist_of(space, six(data.omega, rows, 0)),
@@ -84,18 +79,13 @@ def pose_derivatives(model, data, k, count, c, columns):
 
 
 @algebra
-def local_stiffness(model, data, k, count, c, hessian):
-    """Fill hessian (4, 12, 12) for segments from k on, of ``count``.
+def local_stiffness(model, data, rows, beyond, c, hessian, here):
+    """Fill rows ``here`` of hessian (4, 12, 12) for segments ``rows``, nodes ``beyond`` them.
 
     Row 6g + j is what the duals of ξ₁, ξ₂ gain per unit of strain j at Gauss point g, at a fixed
     wrench beyond.
     """
     space = model.space
-    rows, beyond, here = (
-        lanes_from(k, count),
-        lanes_from(k + 1, count + 1),
-        lanes_from(0, count - k),
-    )
     half, kappa = each(model.half, rows, 0), each(model.kappa, rows, 0)
     o = twist_of(space, six(data.omega, rows, 0))
     f = wrench_of(space, six(data.wrench, beyond, 0))
@@ -121,8 +111,9 @@ def node_jacobians(model, data, jacobian, rate):
     count = len(model.half)
     for k in range(count):
         if k % WIDTH == 0:
-            c = segment_stumpff(model, data, lanes_from(k, count), series)
-            pose_derivatives(model, data, k, count, c, columns)
+            rows, beyond = lanes_from(k, count), lanes_from(k + 1, count + 1)
+            c = segment_stumpff(model, data, rows, series)
+            pose_derivatives(model, data, rows, beyond, c, columns, lanes_from(0, count - k))
         for i in range(6):
             for j in range(n):
                 jacobian[k + 1, i, j] = jacobian[k, i, j]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..model import Floats
-from .account import ABSURD, hold, take_stock
+from .account import hold, take_stock
 from .adaptive import adaptive_step
 from .advance import advance
 from .alpha import alpha_step
@@ -66,5 +66,5 @@ class Entry:
         _take_stock(self._take_stock, self._problem)
 
     def hold(self, efforts: Floats) -> bool:
-        """Hold efforts (A,), C-contiguous float64; return False if they are not finite."""
-        return bool(_hold(self._hold, self._problem, efforts) != ABSURD)
+        """Hold efforts (A,), writable C-contiguous float64; return False if they are not finite."""
+        return bool(_hold(self._hold, self._problem, efforts))

@@ -184,4 +184,4 @@ def call_account(context, where, problem):  # noqa: ARG001
 @_intrinsic
 def call_hold(context, where, problem, efforts):  # noqa: ARG001
     """Call hold(problem, efforts) by address; the problem is its address as a number."""
-    return _call(numba.types.intp, where, (problem, efforts), pointers=1)
+    return _call(numba.types.boolean, where, (problem, efforts), pointers=1)

@@ -20,12 +20,8 @@ def stack_of(space, rows, begin, j):
     """Return the rows from ``begin`` on, one for every component, of four columns from j on."""
 
 
-def weighed(space, weights, at, i, factor, stack, total):
-    """Return total + factor × Σ_c weights[at + i, c] stack[c]."""
-
-
-def weighed_down(space, weights, at, i, factor, stack, total):
-    """Return total + factor × Σ_c weights[at + c, i] stack[c]."""
+def weighed(space, weights, i, j, down, factor, stack, total):
+    """Return total + factor × Σ_c w_c stack[c]; w: weights from (i, j) on, along a row or down."""
 
 
 def keep_motion(space, out, rows, at, m):
@@ -110,36 +106,20 @@ def _stack(turns: Mask, moves: Mask):
 
 @per_space(weighed)
 def _weighed(turns: Mask, moves: Mask):
-    def plane(space, w, at, i, factor, stack, total):
-        total = fused(factor * w[at + i, 0], stack[0], total)
-        total = fused(factor * w[at + i, 1], stack[1], total)
-        return fused(factor * w[at + i, 2], stack[2], total)
+    def plane(space, w, i, j, down, factor, stack, total):
+        right = 1 - down
+        total = fused(factor * w[i, j], stack[0], total)
+        total = fused(factor * w[i + down, j + right], stack[1], total)
+        return fused(factor * w[i + 2 * down, j + 2 * right], stack[2], total)
 
     half = algebra(plane)
 
-    def spatial(space, w, at, i, factor, stack, total):
-        total = half(space, w, at, i, factor, stack, total)
-        total = fused(factor * w[at + i, 3], stack[3], total)
-        total = fused(factor * w[at + i, 4], stack[4], total)
-        return fused(factor * w[at + i, 5], stack[5], total)
-
-    return spatial if all(turns) else plane
-
-
-@per_space(weighed_down)
-def _weighed_down(turns: Mask, moves: Mask):
-    def plane(space, w, at, i, factor, stack, total):
-        total = fused(factor * w[at, i], stack[0], total)
-        total = fused(factor * w[at + 1, i], stack[1], total)
-        return fused(factor * w[at + 2, i], stack[2], total)
-
-    half = algebra(plane)
-
-    def spatial(space, w, at, i, factor, stack, total):
-        total = half(space, w, at, i, factor, stack, total)
-        total = fused(factor * w[at + 3, i], stack[3], total)
-        total = fused(factor * w[at + 4, i], stack[4], total)
-        return fused(factor * w[at + 5, i], stack[5], total)
+    def spatial(space, w, i, j, down, factor, stack, total):
+        right = 1 - down
+        total = half(space, w, i, j, down, factor, stack, total)
+        total = fused(factor * w[i + 3 * down, j + 3 * right], stack[3], total)
+        total = fused(factor * w[i + 4 * down, j + 4 * right], stack[4], total)
+        return fused(factor * w[i + 5 * down, j + 5 * right], stack[5], total)
 
     return spatial if all(turns) else plane
 
@@ -201,16 +181,8 @@ def _keep_blocks(turns: Mask, moves: Mask):
         ww, wv = lanes_of(blocks[0]), lanes_of(blocks[1])
         vw, vv = lanes_of(blocks[2]), lanes_of(blocks[3])
         for i in angular:
-            w, v = (
-                (ww[3 * i], ww[3 * i + 1], ww[3 * i + 2]),
-                (wv[3 * i], wv[3 * i + 1], wv[3 * i + 2]),
-            )
-            keep(out, rows, at + 8 * place[i], row_of(w, v))
+            keep(out, rows, at + 8 * place[i], row_of(_line(ww, i), _line(wv, i)))
         for i in linear:
-            w, v = (
-                (vw[3 * i], vw[3 * i + 1], vw[3 * i + 2]),
-                (vv[3 * i], vv[3 * i + 1], vv[3 * i + 2]),
-            )
-            keep(out, rows, at + 8 * place[3 + i], row_of(w, v))
+            keep(out, rows, at + 8 * place[3 + i], row_of(_line(vw, i), _line(vv, i)))
 
     return keep_map

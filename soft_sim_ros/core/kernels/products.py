@@ -5,7 +5,7 @@ Columns are padded to a multiple of four with zeros, and taken four at once.
 
 from .jit import kernel
 from .lanes import WIDTH, fused, keep_one, lane, one, sum_of
-from .maps import stack_of, weighed, weighed_down
+from .maps import stack_of, weighed
 from .spaces import size_of
 
 
@@ -31,7 +31,7 @@ def add_product(space, matrix, at, factor, x, out):
     for j in range(0, out.shape[1], WIDTH):
         stack = stack_of(space, x, 0, j)
         for i in range(size_of(space)):
-            keep_one(out, i, j, weighed(space, matrix, at, i, factor, stack, one(out, i, j)))
+            keep_one(out, i, j, weighed(space, matrix, at + i, 0, 0, factor, stack, one(out, i, j)))
 
 
 @kernel
@@ -41,7 +41,7 @@ def add_product_t(space, matrix, at, factor, x, out, begin, count):
         stack = stack_of(space, x, 0, j)
         for i in range(count):
             total = one(out, begin + i, j)
-            total = weighed_down(space, matrix, at, i, factor, stack, total)
+            total = weighed(space, matrix, at, i, 1, factor, stack, total)
             keep_one(out, begin + i, j, total)
 
 

@@ -37,83 +37,68 @@ from .dual import (
 from .jit import algebra
 from .lanes import WIDTH, keep_one, lane, largest_lane, one
 
-# Above this squared angle the trigonometric start is accurate; below it the series of c8 and c9
-# converges fast.
-SERIES_LIMIT = 4.0
+# Above this squared angle, beyond half a turn, the trigonometric start is accurate; below it the
+# series of c8 and c9 converges fast.
+SERIES_LIMIT = 10.0
 TERMS = 13
-# Four at once: beyond half a turn, at which a rod is refused, only hinges go.
-LANES_LIMIT = 10.0
 EVEN = tuple(1.0 / ((2 * j + 7) * (2 * j + 8)) for j in range(TERMS + 1))
 ODD = tuple(1.0 / ((2 * j + 8) * (2 * j + 9)) for j in range(TERMS + 1))
+
+
+@algebra
+def series(x, largest):
+    """Return (c0 … c9) of numbers or lanes 0 ≤ x ≤ largest < SERIES_LIMIT."""
+    # Horner form of the alternating series; as many terms as round-off at the largest asks for
+    terms = 3 if largest < 1e-3 else (5 if largest < 0.1 else (8 if largest < 1.0 else TERMS))
+    c8, c9 = 1.0 - x * EVEN[terms], 1.0 - x * ODD[terms]
+    for j in range(terms - 1, 0, -1):
+        c8 = 1.0 - x * EVEN[j] * c8
+        c9 = 1.0 - x * ODD[j] * c9
+    c8, c9 = c8 * (1.0 / 40320.0), c9 * (1.0 / 362880.0)
+    c7 = 1.0 / 5040.0 - x * c9
+    c6 = 1.0 / 720.0 - x * c8
+    c5 = 1.0 / 120.0 - x * c7
+    c4 = 1.0 / 24.0 - x * c6
+    c3 = 1.0 / 6.0 - x * c5
+    c2 = 0.5 - x * c4
+    return (1.0 - x * c2, 1.0 - x * c3, c2, c3, c4, c5, c6, c7, c8, c9)
 
 
 @algebra
 def stumpff(x):
     """Return (c0 … c9)(x) for x ≥ 0."""
     if x < SERIES_LIMIT:
-        # Horner form of the alternating series; the number of terms gives round-off at the limit
-        c8, c9 = 1.0, 1.0
-        for j in range(3 if x < 1e-3 else (6 if x < 0.1 else TERMS), 0, -1):
-            c8 = 1.0 - x * EVEN[j] * c8
-            c9 = 1.0 - x * ODD[j] * c9
-        c8 *= 1.0 / 40320.0
-        c9 *= 1.0 / 362880.0
-        c7 = 1.0 / 5040.0 - x * c9
-        c6 = 1.0 / 720.0 - x * c8
-        c5 = 1.0 / 120.0 - x * c7
-        c4 = 1.0 / 24.0 - x * c6
-        c3 = 1.0 / 6.0 - x * c5
-        c2 = 0.5 - x * c4
-        c1 = 1.0 - x * c3
-        c0 = 1.0 - x * c2
-    else:
-        angle = math.sqrt(x)
-        c0 = math.cos(angle)
-        c1 = math.sin(angle) / angle
-        c2 = (1.0 - c0) / x
-        c3 = (1.0 - c1) / x
-        c4 = (0.5 - c2) / x
-        c5 = (1.0 / 6.0 - c3) / x
-        c6 = (1.0 / 24.0 - c4) / x
-        c7 = (1.0 / 120.0 - c5) / x
-        c8 = (1.0 / 720.0 - c6) / x
-        c9 = (1.0 / 5040.0 - c7) / x
+        return series(x, x)
+    angle = math.sqrt(x)
+    c0 = math.cos(angle)
+    c1 = math.sin(angle) / angle
+    c2 = (1.0 - c0) / x
+    c3 = (1.0 - c1) / x
+    c4 = (0.5 - c2) / x
+    c5 = (1.0 / 6.0 - c3) / x
+    c6 = (1.0 / 24.0 - c4) / x
+    c7 = (1.0 / 120.0 - c5) / x
+    c8 = (1.0 / 720.0 - c6) / x
+    c9 = (1.0 / 5040.0 - c7) / x
     return (c0, c1, c2, c3, c4, c5, c6, c7, c8, c9)
 
 
 @algebra
 def stumpff_lanes(x, out, b):
-    """Keep (c0 … c9) of four x ≥ 0 in row b of out (…, 40)."""
-    bound = largest_lane(x)
-    if bound < LANES_LIMIT:
-        terms = 3 if bound < 1e-3 else (5 if bound < 0.1 else (8 if bound < 1.0 else TERMS))
-        c8, c9 = 1.0 - x * EVEN[terms], 1.0 - x * ODD[terms]
-        for j in range(terms - 1, 0, -1):
-            c8 = 1.0 - x * EVEN[j] * c8
-            c9 = 1.0 - x * ODD[j] * c9
-        c8 = c8 * (1.0 / 40320.0)
-        c9 = c9 * (1.0 / 362880.0)
-        c7 = 1.0 / 5040.0 - x * c9
-        c6 = 1.0 / 720.0 - x * c8
-        c5 = 1.0 / 120.0 - x * c7
-        c4 = 1.0 / 24.0 - x * c6
-        c3 = 1.0 / 6.0 - x * c5
-        c2 = 0.5 - x * c4
-        keep_one(out, b, 0, 1.0 - x * c2)
-        keep_one(out, b, 4, 1.0 - x * c3)
-        keep_one(out, b, 8, c2)
-        keep_one(out, b, 12, c3)
-        keep_one(out, b, 16, c4)
-        keep_one(out, b, 20, c5)
-        keep_one(out, b, 24, c6)
-        keep_one(out, b, 28, c7)
-        keep_one(out, b, 32, c8)
-        keep_one(out, b, 36, c9)
+    """Keep (c0 … c9) of four x ≥ 0 in row b of out (…, 40).
+
+    The largest says how: the others may differ in round-off from what they are alone.
+    """
+    largest = largest_lane(x)
+    if largest < SERIES_LIMIT:
+        c = series(x, largest)
+        for j in range(10):
+            keep_one(out, b, WIDTH * j, c[j])
     else:
         for i in range(WIDTH):
-            c = stumpff(lane(x, i))
+            alone = stumpff(lane(x, i))
             for j in range(10):
-                out[b, WIDTH * j + i] = c[j]
+                out[b, WIDTH * j + i] = alone[j]
 
 
 @algebra

@@ -102,12 +102,9 @@ def relative_motion(model, data):
         c = kept_stumpff(data.series, k // WIDTH)
         turn = rotation_exp(omega[0], c)
         shift = exp_translation(omega[0], omega[1], c)
-        keep(data.relative, rows, 0, (turn[0], turn[1], turn[2], turn[3]))
-        keep(data.relative, rows, 4, (turn[4], turn[5], turn[6], turn[7]))
-        keep(data.relative, rows, 8, (turn[8], shift[0], shift[1], shift[2]))
+        keep(data.relative, rows, 0, turn + shift)
         velocity, rate = tangent_apply(omega, u, z, c)
-        keep(data.step, rows, 0, velocity[0] + velocity[1])
-        keep(data.step, rows, 6, rate[0] + rate[1])
+        keep(data.step, rows, 0, velocity[0] + velocity[1] + rate[0] + rate[1])
 
 
 @algebra
@@ -210,8 +207,7 @@ def dual_forces(model, data):
         y = cotangent_apply(omega, wrench, kept_stumpff(data.series, k // WIDTH))
         f1 = dadd(rscale(half, y), rscale(kappa, dcross(x2, y)))
         f2 = dsub(rscale(half, y), rscale(kappa, dcross(x1, y)))
-        keep(data.dual, rows, 0, f1[1] + f1[0])
-        keep(data.dual, rows, 6, f2[1] + f2[0])
+        keep(data.dual, rows, 0, f1[1] + f1[0] + f2[1] + f2[0])
 
 
 @algebra

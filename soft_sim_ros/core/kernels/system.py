@@ -170,21 +170,20 @@ def factor_chain(model, system):
 def solve_chain(model, system, x):
     """Solve in place for x (n,) with the factors of ``factor_chain``."""
     size = size_of(model.space)
-    handed = np.zeros((1, size))  # towards the base
+    handed = np.zeros(size)  # towards the base
     for b in range(len(model.block_col) - 2, -1, -1):
         begin, m = model.block_col[b], model.block_col[b + 1] - model.block_col[b]
         if m == 0:
             continue
         motion, gain = rows(system, system.motion, 3 * size, b), rows(system, system.gain, size, b)
-        inverse = system.inverse[system.square[b] : system.square[b + 1]]
         width = motion.shape[1]
-        inverse = inverse.reshape((m, width))
+        inverse = system.inverse[system.square[b] : system.square[b + 1]].reshape((m, width))
         for i in range(m):
             system.vectors[0, i] = x[begin + i]
         for j in range(0, width, WIDTH):
             total = one(system.vectors, 0, j)
             for c in range(size):
-                total = fused(-handed[0, c], one(motion, c, j), total)
+                total = fused(-handed[c], one(motion, c, j), total)
             keep_one(system.vectors, 0, j, total)
         for j in range(0, width, WIDTH):
             total = system.vectors[0, 0] * one(inverse, 0, j)
@@ -194,7 +193,7 @@ def solve_chain(model, system, x):
         for i in range(m):
             x[begin + i] = system.vectors[1, i]
         for c in range(size):
-            handed[0, c] += row_product(gain, c, system.vectors, 1)
+            handed[c] += row_product(gain, c, system.vectors, 1)
     s = np.zeros(3 * size)
     for b in range(len(model.block_col) - 1):
         begin, m = model.block_col[b], model.block_col[b + 1] - model.block_col[b]

@@ -78,12 +78,14 @@ def mix(alpha, jac, z, y, size):
 def four_segments(model, data, alpha, k, count, pieces):
     """Fill the pieces of segments from k on, of ``count``, at most four."""
     columns, hessian, nodes, series = pieces
-    node_matrices(model, data, lanes_from(k + 1, count + 1), nodes, lanes_from(0, count - k))
+    rows, beyond = lanes_from(k, count), lanes_from(k + 1, count + 1)
+    here = lanes_from(0, count - k)
+    node_matrices(model, data, beyond, nodes, here)
     if model.entry_ptr[min(k + WIDTH, count)] > model.entry_ptr[k]:
-        c = segment_stumpff(model, data, lanes_from(k, count), series)
-        pose_derivatives(model, data, k, count, c, columns)
+        c = segment_stumpff(model, data, rows, series)
+        pose_derivatives(model, data, rows, beyond, c, columns, here)
         if alpha[0] != 0.0:
-            local_stiffness(model, data, k, count, c, hessian)
+            local_stiffness(model, data, rows, beyond, c, hessian, here)
 
 
 @kernel
