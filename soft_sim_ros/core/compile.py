@@ -26,8 +26,8 @@ from .link import append_link
 from .loads import lump_loads
 from .model import Floats, Loads, Model, Spatial
 from .ports import Path, flat_ports, winding
-from .quadrature import gauss
-from .segments import ANGULAR
+from .quadrature import scattered
+from .weights import weights
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def build_chain(scene: Scene) -> Chain:
         if isinstance(actuator, Path):
             for stretch in actuator.stretches:
                 cuts[stretch.rod] |= {stretch.start, stretch.end}
-                s = np.linspace(stretch.start, stretch.end, 101)
+                s = scattered(stretch.start, stretch.end)
                 turning[stretch.rod] = max(turning[stretch.rod], float(winding(stretch, s).max()))
     chain = Chain()
     for body in scene.bodies:
@@ -139,7 +139,7 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
         branch_time=floats(chain.branch_time() if len(law[4]) else []),
         fibres=flatten_fibres(chain, seg_block),
         drag=floats(chain.drag if np.any(chain.drag) else np.zeros((0, 4))),
-        weight=_weights(chain, length),
+        weight=weights(chain, length),
         **flat_ports(scene, chain),
         chart=ints(chain.charts),
         free=ints(chain.free),
@@ -173,29 +173,3 @@ def _sparse_law(chain: Chain) -> tuple:
             ptr.append(len(columns))
     branches = floats(branch if any(branch) else [])
     return ints(ptr), ints(columns), floats(stiffness), floats(damping), branches
-
-
-def _weights(chain: Chain, length: float) -> Floats:
-    """Return how far (in arm lengths) a unit of each coordinate may move the tip."""
-    weights = np.zeros(len(chain.names))
-    shifts = {e[0] for segment in chain.segments for e in segment.entries if e[1] >= ANGULAR}
-    for name, own in chain.joints.items():
-        reach = max(length - chain.behind(chain.frames[name]), 0.1 * length)
-        for column in own:
-            weights[column] = (1.0 if column in shifts else reach) / length
-    for link_map in chain.links.values():
-        beyond = length - chain.behind(link_map.first_node) - link_map.length
-        weights[link_map.columns] = link_map.reach(beyond) / length
-    for rod_map in chain.rods.values():
-        ahead = length - chain.behind(rod_map.first_node)
-        weights[rod_map.pivot] = ahead / length
-        for element in rod_map.elements:
-            begin, end = element.span
-            x, w = gauss(12)
-            s = begin + (end - begin) * x
-            for columns in element.columns:
-                component, first, count = columns
-                lever = ahead - s if component < ANGULAR else np.ones_like(s)
-                amount = np.abs(element.values(columns, s)) * (w * lever * (end - begin))[:, None]
-                weights[first : first + count] += amount.sum(axis=0) / length
-    return weights

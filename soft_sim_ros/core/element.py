@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -12,8 +12,12 @@ from ..scene import Basis, Section
 from ..scene.strains import STRAINS
 from .bases import ElementBasis, get_basis
 from .model import Floats
-from .quadrature import composite, gauss
+from .quadrature import composite, gauss, scattered
 from .segments import Segment, project_linear
+
+EXTRA = 5  # Gauss points more than functions: laws that are polynomials of degree 8 are exact
+SETTLED = 1e-12  # of the size of two functions, change of the integral of their product
+DENSEST = 8
 
 
 @dataclass
@@ -35,7 +39,7 @@ class Element:
         if self.basis.nodes:
             return self.basis.nodes
         begin, end = self.span
-        s = np.linspace(begin, end, 101)
+        s = scattered(begin, end)
         turn = float(np.linalg.norm(self.section.strain0(self.normalised(s))[:, :3], axis=1).max())
         length = end - begin
         pieces = len(self.marks(begin, end)) - 1
@@ -58,8 +62,20 @@ class Element:
         if isinstance(rule, ElementBasis):
             begin, end = self.span
             t = (2.0 * s - begin - end) / (end - begin)
-            return rule.values(self.basis.order[STRAINS[component]], t)
+            return rule.values(self.order(component), t)
         return rule.values(self.ends, s)
+
+    def order(self, component: int) -> int:
+        """Return the order of the basis of a strain."""
+        return self.basis.order[STRAINS[component]]
+
+    @property
+    def density(self) -> int:
+        """How many times the Gauss points of polynomials the functions of this element need."""
+        rule = get_basis(self.basis.kind)
+        if not isinstance(rule, ElementBasis):
+            return 1
+        return max((_density(rule, self.order(c[0]), c[2]) for c in self.columns), default=1)
 
     def normalised(self, s: Floats) -> Floats:
         """Return section coordinates x ∈ [0, 1] of arc lengths of the rod."""
@@ -88,6 +104,28 @@ class Element:
         return segment
 
 
+@lru_cache(maxsize=256)
+def _density(rule: ElementBasis, order: int, count: int) -> int:
+    """Return by how much to multiply count + EXTRA Gauss points so that ∫ φ_i φ_k is known.
+
+    1 for polynomials; for others until more points change nothing, or DENSEST is reached.
+    """
+
+    def products(density: int) -> Floats:
+        x, w = gauss(density * (count + EXTRA))
+        values = rule.values(order, 2.0 * x - 1.0)
+        return np.asarray(values.T @ (w[:, None] * values))
+
+    density, before = 1, products(1)
+    while density < DENSEST:
+        found = products(density + 1)
+        size = np.sqrt(np.abs(np.outer(np.diag(found), np.diag(found))))
+        if (np.abs(found - before) <= SETTLED * size).all():
+            break
+        density, before = density + 1, found
+    return density
+
+
 def default_nodes(basis: Basis, turn: float = 0.0, winding: float = 0.0) -> int:
     """Return Gauss–Lobatto nodes for an element whose reference shape turns by ``turn`` rad.
 
@@ -109,7 +147,8 @@ def block_matrices(elements: list[Element], count: int) -> tuple[Floats, Floats,
     for element in elements:
         begin, end = element.span
         top = max((c[2] for c in element.columns), default=1)
-        s, w = composite(gauss(top + 5), element.marks(begin, end))
+        rule = gauss(element.density * (top + EXTRA))
+        s, w = composite(rule, element.marks(begin, end))
         section, at = element.section, element.normalised(s)
         laws = np.stack(section.laws(at))
         phis = [element.values(columns, s) for columns in element.columns]

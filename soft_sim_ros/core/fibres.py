@@ -7,13 +7,11 @@ import numpy as np
 from ..scene.law import Law, Rivlin
 from .arrays import floats, ints
 from .chain import Chain
-from .element import Element
+from .element import EXTRA, Element
 from .model import Fibres, Floats, Ints
 from .quadrature import composite, gauss
 
 COMPONENTS = 4  # torsion, bending, stretch: shear stays linear
-# Gauss points more than coordinates of one strain, as for the linear law (chain.block_matrices)
-EXTRA = 5
 
 
 def flatten_fibres(chain: Chain, seg_block: Ints) -> Fibres:
@@ -58,7 +56,7 @@ def _stations(
 ) -> list[tuple[float, float, list[tuple[int, int, float]]]]:
     """Return arc length, weight in m and entries of the Gauss points of an element."""
     begin, end = element.span
-    rule = gauss(max(c[2] for c in columns) + EXTRA)
+    rule = gauss(element.density * (max(c[2] for c in columns) + EXTRA))
     s, w = composite(rule, element.marks(begin, end))
     values = [(c, element.values(c, s)) for c in columns]
     return [

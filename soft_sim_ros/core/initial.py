@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from ..errors import SceneError, StaticsFailed
 from . import se3
 from .dynamics import Dynamics
-from .element import Element
+from .element import EXTRA, Element
 from .model import Floats
+from .quadrature import gauss
 from .statics import equilibrium
 
 # Beyond this many coordinates the mass matrix is not looked at as a whole.
@@ -76,9 +77,10 @@ def _explained(
 
 def _impose(element: Element, offset: Floats, q: Floats) -> None:
     """Set the coordinates of an element so that its strain is ξ₀ + offset throughout."""
-    s = np.linspace(*element.span, 50)[1:-1]
+    begin, end = element.span
     for columns in element.columns:
         component, first, count = columns
+        s = begin + (end - begin) * gauss(element.density * (count + EXTRA))[0]
         phi = element.values(columns, s)
         solution = np.linalg.lstsq(phi, np.full(len(s), offset[component]), rcond=None)[0]
         used = np.any(phi != 0.0, axis=0)

@@ -16,7 +16,7 @@ from . import se3
 from .arrays import floats, ints
 from .chain import Chain
 from .model import Floats
-from .quadrature import gauss
+from .quadrature import gauss, scattered
 
 GAUSS2 = gauss(2)[0]
 # A path may wind by this much in rad between neighbouring nodes: two Gauss points then see its
@@ -88,7 +88,7 @@ def _port(chain: Chain, actuator: object) -> list[tuple[int, float]]:
         begin, end = element.span
         for columns in element.columns:
             if columns[0] == component:
-                x, w = gauss(columns[2] + 1)
+                x, w = gauss(element.density * (columns[2] + 1))
                 integral = (end - begin) * w @ element.values(columns, begin + (end - begin) * x)
                 for j, value in enumerate(integral):
                     gains[columns[1] + j] = gains.get(columns[1] + j, 0.0) + value
@@ -164,7 +164,7 @@ def _check_winding(scene: Scene, chain: Chain, index: int, actuator: Path) -> No
         if stretch.start < 0.5 * sum(segment.span) < stretch.end
     ]
     for stretch, (begin, end) in segments:
-        turn = float(winding(stretch, np.linspace(begin, end, 9)).mean()) * (end - begin)
+        turn = float(winding(stretch, scattered(begin, end, 9)).mean()) * (end - begin)
         if turn > WINDING:
             kind = "chamber" if isinstance(actuator, ChamberActuator) else "tendon"
             expected = (

@@ -45,6 +45,16 @@ def derivative(x: Floats) -> Floats:
     return np.linalg.solve(legvander(t, count - 1).T, np.array(slopes)).T
 
 
+def scattered(begin: float, end: float, count: int = 101) -> Floats:
+    """Return rising places (count,) from begin to end, both included, with no even spacing.
+
+    To look at a function of which nothing is known. Evenly spaced places may all be zeros of a
+    wave; these are fractions of multiples of the golden ratio, which no wave has as its zeros.
+    """
+    inner = np.sort(np.arange(1, count - 1) * (0.5 * (np.sqrt(5.0) - 1.0)) % 1.0)
+    return np.concatenate([[begin], begin + (end - begin) * inner, [end]])
+
+
 def composite(rule: tuple[Floats, Floats], marks: Sequence[float]) -> tuple[Floats, Floats]:
     """Return points and weights of a rule repeated between neighbours of rising marks (N + 1,)."""
     x, w = rule
