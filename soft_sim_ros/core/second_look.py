@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from ..errors import StaticsFailed
 from .continuation import trace
 from .dynamics import Dynamics
@@ -105,12 +103,11 @@ def _coarse(question: Question, fine: Dynamics, last: End) -> str:
         nodes = "" if basis.nodes is None else f" and {basis.nodes} nodes"
         elements = f" in {basis.elements} elements" if basis.elements > 1 else ""
         words.append(f"orders {orders}{elements}{nodes} of {name}")
-    share = (
-        "the full load is reached" if last.whole else f"{last.share:.3g} of the load are reached"
-    )
+    share = "all" if last.whole else f"{last.share:.3g}"
     return (
-        f"the numerics are too coarse there, not the arm too weak: with {'; '.join(words)} {share}: "
-        "try more numerics.basis.order or elements, and nodes"
+        "the numerics are too coarse there, not the arm too weak: with "
+        f"{'; '.join(words)} {share} of the load is reached: try more numerics.basis.order or "
+        "elements, and nodes"
     )
 
 

@@ -1,7 +1,7 @@
 """Small motions M δq̈ + R δq̇ + K δq = 0 about a state of rest: how they grow, and how surely.
 
 In coordinates in which every elastic stiffness is 1, K reads like 1 − P/P_cr, whatever part of it
-is stretch and whatever bending. There the inverse problem is solved: with M = C Cᵀ and s = s₀ + 1/σ,
+is stretch and whatever bending. There the inverse problem is solved: with M = C Cᵀ, s = s₀ + 1/σ,
 
     ⎡ −K⁻¹ R   −K⁻¹ C ⎤ ⎡ x ⎤     ⎡ x ⎤
     ⎣    Cᵀ       0    ⎦ ⎣ y ⎦ = σ ⎣ y ⎦ ,
@@ -23,8 +23,8 @@ from .model import Floats
 
 Complex = NDArray[np.complex128]
 EPS = float(np.finfo(float).eps)
-# What an entry of K, R or M is off by, over the root of the diagonal entries that belong to it: they
-# are sums over many segments.
+# What an entry of K, R or M, a sum over many segments, is off by, over the root of the diagonal
+# entries that belong to it.
 NOISE = 1e-12
 ASYMMETRY = 1e-11  # of the stiffness of two coordinates: less is round-off
 NEUTRAL = 1e-10  # of the elastic stiffness: less is no direction that leaves, nor one that holds

@@ -15,8 +15,8 @@ from .small_motion import NEUTRAL, is_symmetric, leaving
 
 LIMIT, BIFURCATION = "limit", "bifurcation"
 LOST = 1e-6  # of the elastic stiffness: what is left of it in the directions that a point names
-# Arm lengths by which the whole range of the load would push along the direction that gives way, had
-# it its elastic stiffness: where the load turns round and pushes less, two branches cross.
+# Arm lengths by which the whole range of the load would push along the direction that gives way,
+# had it its elastic stiffness: where the load turns round and pushes less, two branches cross.
 FLAT = 1e-6
 
 Test = Callable[[State], float]
@@ -136,8 +136,8 @@ def _special(curve: Curve, place: Place, after: int) -> SpecialPoint:
 
     With ℓᵀ K = 0, K q′ + r_λ λ′ = 0 along the branch says ℓᵀ r_λ λ′ = 0: at a limit λ′ = 0 and the
     load pushes along what gives way, ℓᵀ r_λ ≠ 0; where λ′ has one sign before and behind,
-    ℓᵀ r_λ = 0 and branches cross. They do so, too, where λ′ changes its sign but nothing pushes: the
-    branch that was followed is then the one that buckled.
+    ℓᵀ r_λ = 0 and branches cross. They do so, too, where λ′ changes its sign but nothing pushes:
+    the branch that was followed is then the one that buckled.
     """
     _, stiffness, slope = curve.matrices(place.u)
     unit = curve.unit(stiffness)

@@ -15,7 +15,7 @@ from .quadrature import composite, gauss
 from .segments import ANGULAR
 
 # A function is looked at on two sets of panels that share no point, of 2 Gauss points each. They
-# are made finer until the two integrals of |φ| agree; a kink of |φ| inside a panel is all they miss.
+# are made finer until the two integrals of |φ| agree; kinks of |φ| in a panel are all they miss.
 PANELS = 8  # per function at first
 AGREE = 2e-3
 FINEST = 1 << 15
