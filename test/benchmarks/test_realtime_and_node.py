@@ -1,23 +1,12 @@
 """The benchmarks of real time and of the node measure what they say."""
 
 import importlib
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
 BUSY = "import time\nprint('ready', flush=True)\nt = time.process_time()\n"
 BUSY += "while time.process_time() < t + {}: pass\nprint('over', flush=True)\ntime.sleep(60)"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def tree_on_path():
-    """The benchmarks are not installed: they are imported from the source tree."""
-    sys.path.insert(0, str(ROOT))
-    yield
-    sys.path.remove(str(ROOT))
 
 
 def module(name):

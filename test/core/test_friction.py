@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from differences import central_difference
 from scenes import ALL, random_state, rod_document, scene_of
 from scipy.spatial.transform import Rotation
-from test_tangents import central_difference
 
 from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.sampler import Sampler

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from differences import central_difference
 from scenes import random_state, rod_document, scene_of, zoo_document
 from scipy.linalg import eigh
-from test_tangents import central_difference
 
 from soft_sim_ros.core.discrete_gradient import DiscreteGradient
 from soft_sim_ros.core.dynamics import Dynamics
