@@ -47,7 +47,7 @@ TALKING = ("test/node/", "test/package/test_readme.py")
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with the files that take long, so that no worker is left with one at the end."""
     dear = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: (not _chain(item.nodeid) == TALKING[0], item.path not in dear))
+    items.sort(key=lambda item: (_chain(item.nodeid) != TALKING[0], item.path not in dear))
 
 
 def _chain(node: str) -> str:

@@ -44,9 +44,12 @@ def test_the_cpu_time_of_a_process_is_read_by_thread_too():
 
 def test_a_program_that_ends_too_early_is_told_with_what_it_said():
     processes = module("node.processes")
-    with processes.process(["-c", "print('no such thing')"], 1) as one:
-        with pytest.raises(RuntimeError, match="no such thing"):
-            one.wait_for("ready")
+    command = ["-c", "print('no such thing')"]
+    with (
+        processes.process(command, 1) as one,
+        pytest.raises(RuntimeError, match="no such thing"),
+    ):
+        one.wait_for("ready")
 
 
 def test_the_parts_of_a_step_are_found_in_its_times():
