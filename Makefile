@@ -1,21 +1,27 @@
 # make run    the main job: simulate the default arm, drive it, record, replay, summarise
 # make test   every test, with the linter and the type checker
-# Both make the environment in .venv first, if it is missing.
+# make check  the linter and the quick tests, for daily work
+# All make the environment in .venv first, if it is missing.
 
 PYTHON ?= python3
 VENV   ?= .venv
 IN_ENV := $(VENV)/bin/python
+# processes that share the tests
+WORKERS ?= logical
+# the environment of the oldest versions that setup.py allows
+OLDEST ?= .venv-oldest
 
 # Everything stays on this machine unless the caller says otherwise.
 export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 # A guard of ROS wheels in another environment would keep those of this one from starting up.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: help run test env warm lint format bench contract stress skip guard realtime clean
+.PHONY: help run test check test-oldest env warm lint format bench contract stress skip guard realtime clean
 
 help:
 	@echo "make run     simulate, drive, record and replay the default arm: see runs/latest"
-	@echo "make test    all tests"
+	@echo "make test    all tests; make check: the linter and quick tests, for daily work"
+	@echo "make test-oldest  most tests, with the oldest versions that setup.py allows"
 	@echo "make bench   run time against error, with peers: under half an hour"
 	@echo "make contract  tolerances against true errors: a minute and a half"
 	@echo "make stress  the stability map: about ten minutes; make skip: what features cost"
@@ -43,8 +49,22 @@ format: env
 	@$(IN_ENV) -m ruff check --fix .
 	@$(IN_ENV) -m ruff format .
 
+# warm first: workers would compile the same kernels side by side
 test: lint warm
-	@$(IN_ENV) -m pytest
+	@$(IN_ENV) -m pytest -n $(WORKERS)
+
+check: lint warm
+	@$(IN_ENV) -m pytest -n $(WORKERS) -m "not slow" \
+		test/core test/scene test/recording test/report test/package/test_metadata.py
+
+# with numba's compiled code in the environment itself; no ROS, so no node. OLD=python3.10 chooses
+test-oldest: export NUMBA_CACHE_DIR := $(abspath $(OLDEST))/kernels
+test-oldest: export PYTHONPATH := $(CURDIR)
+test-oldest:
+	@$(PYTHON) tools/oldest.py "$(OLDEST)" $(OLD)
+	@$(OLDEST)/bin/python tools/warm_up.py
+	@$(OLDEST)/bin/python -m pytest -n $(WORKERS) -m "not slow" \
+		test/core test/scene test/recording test/report test/commands
 
 # make bench CASES="heavy_arm chirp" PROGRAMS="soft_sim_ros"   a part; see docs/benchmarks.md
 bench: warm
@@ -73,6 +93,6 @@ guard: warm
 	@$(IN_ENV) -m benchmarks.guard
 
 clean:
-	rm -rf "$(VENV)" build install log dist *.egg-info
+	rm -rf "$(VENV)" "$(OLDEST)" build install log dist *.egg-info
 	rm -rf .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -23,15 +23,15 @@ VERBS = (
     "demo",
 )
 
-# The one place of requirements. Lower bounds are what Ubuntu 24.04 ships, where it ships them;
-# upper bounds are the next version that may break something.
+# The one place of requirements. Lower bounds are what Ubuntu 24.04 ships, where it ships them, and
+# tested by `make test-oldest`; upper bounds are the next version that may break something.
 REQUIRES = [
-    "numpy>=1.26,<3",
-    "scipy>=1.11,<2",
-    "numba>=0.58,<0.70",
-    "llvmlite>=0.41,<0.53",  # numba asks for one of these exactly
-    "PyYAML>=6.0,<7",
-    "matplotlib>=3.6,<4",
+    "numpy>=1.26.4,<3",
+    "scipy>=1.11.4,<2",
+    "numba>=0.58.1,<0.70",
+    "llvmlite>=0.41.1,<0.53",  # numba asks for one of these exactly
+    "PyYAML>=6.0.1,<7",
+    "matplotlib>=3.6.3,<4",
     "mcap>=1.5,<2",
     "zstandard>=0.22,<1",
 ]
@@ -49,6 +49,7 @@ EXTRAS = {
         "setuptools>=68,<80",  # what colcon drives, which later ones no longer have
         "pytest>=7.4,<10",
         "pytest-timeout>=2.2,<3",
+        "pytest-xdist>=3.5,<4",
         "hypothesis>=6.98,<7",
         "mcap-ros2-support>=0.5.5,<0.7",
         "rosbags>=0.10,<0.12",

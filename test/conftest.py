@@ -9,17 +9,64 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 ROOT = Path(__file__).resolve().parents[1]
 GRACE = 30.0  # s that a process gets to end in order
 
+# One profile for all: the same examples every time, and no verdict about how long one took.
+# `pytest --hypothesis-profile=search` looks for new ones.
+UNTIMED = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
+settings.register_profile("suite", derandomize=True, **UNTIMED)
+settings.register_profile("search", max_examples=1000, **UNTIMED)
+settings.load_profile("suite")
+
+
+def domain() -> int:
+    """Return a domain of DDS for this process: each worker of a run has one of its own."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "")
+    if not worker:
+        return random.randint(1, 60)
+    return int(os.environ["ROS_DOMAIN_ID"]) + 1 + int(worker.removeprefix("gw"))
+
+
 # Tests must neither hear nor disturb anybody else, on this machine or beyond.
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-os.environ["ROS_DOMAIN_ID"] = str(random.randint(1, 100))
+os.environ["ROS_DOMAIN_ID"] = str(domain())
 # A shell that runs the tests in the background has them ignore Ctrl-C, and they would hand that on.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# Programs that talk over DDS, and measure how fast: never two of them at a time.
+TALKING = ("test/node/", "test/package/test_readme.py")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the files that take long, so that no worker is left with one at the end."""
+    dear = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: (_chain(item.nodeid) != TALKING[0], item.path not in dear))
+
+
+def _chain(node: str) -> str:
+    """Return what has to stay in one worker: a file, which shares what it has simulated."""
+    file = node.partition("::")[0]
+    return TALKING[0] if file.startswith(TALKING) else file
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Hand out whole files, in the order of collection."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByChain(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return _chain(nodeid)
+
+    config.option.loadscopereorder = False
+    return ByChain(config, log)
 
 
 @pytest.fixture(scope="session")

@@ -25,7 +25,7 @@ def planar_tip() -> np.ndarray:
     weight = case.density * area * 9.81
 
     def rates(s: np.ndarray, y: np.ndarray) -> np.ndarray:
-        x, _, angle, moment = y
+        _, _, angle, moment = y
         c, sn = np.cos(angle), np.sin(angle)
         down = -weight * (case.length - s)
         stretch = 1.0 + sn * down / (case.young * area)

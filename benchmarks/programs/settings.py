@@ -139,4 +139,4 @@ def soromox(case: Case) -> list[Settings]:
         out += [model | {"order": order} | euler | {"fraction": f} for f in (1.0, 0.5)]
     if len(free) == 3:
         out += [model | {"order": 2, "solver": "kvaerno5", "accuracy": a} for a in (1e-3, 1e-5)]
-    return out + [model | {"order": 3, "solver": "tsit5", "accuracy": 1e-5}]
+    return [*out, model | {"order": 3, "solver": "tsit5", "accuracy": 1e-5}]

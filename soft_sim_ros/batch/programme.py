@@ -39,7 +39,7 @@ class Programme:
     Parameters
     ----------
     time : (T,) s, never falling
-    efforts : (T, A) in scene order, N·m or N
+    efforts : (T, A) in scene order, in the units of their commands
     """
 
     time: NDArray[np.float64]

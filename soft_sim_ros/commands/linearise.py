@@ -31,7 +31,7 @@ def at_rest(scene: Scene, orders: Sequence[str] = ()) -> Simulation:
     Parameters
     ----------
     scene : joints with a position in ``initial`` are held there
-    orders : ``NAME=VALUE`` each, efforts in N·m or N
+    orders : ``NAME=VALUE`` each, in the units of the commands
 
     Raises
     ------
@@ -120,7 +120,7 @@ def _parser() -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="effort of an actuator in the equilibrium, N·m or N (default: safe efforts); repeat",
+        help="command of an actuator in the equilibrium, in its unit (default: safe); repeat",
     )
     parser.add_argument(
         "--sample", type=_step, metavar="S", help="sampled every S s, with inputs held: exact"

@@ -31,9 +31,9 @@ class Linearisation:
         time, the change per step in discrete time
     q, efforts, output : state of rest (n,), efforts (A,) in it, and outputs (6 + 2A,) there:
         x, u and y count from these
-    states, inputs, outputs : names. Inputs are efforts in scene order, then the wrench at the tip
-        (N·m, N). Outputs are the position of the tip (m, world), its small rotation as a
-        vector along world axes (rad), then position and rate of every actuator port
+    states, inputs, outputs : names. Inputs are commands in scene order, in their own units, then
+        the wrench at the tip (N·m, N). Outputs are the position of the tip (m, world), its small
+        rotation as a vector along world axes (rad), then position and rate of every actuator port
     step : s between instants; 0 = continuous time
     """
 

@@ -47,6 +47,8 @@ class Modes:
         found: list[tuple[float, Floats]] = []
         for name, group in GROUPS.items():
             own = self._columns_of(group)
+            if not own:
+                continue
             rows = small[-1, 4:, own].T if link.tip == "pinned" else np.zeros((2, len(own)))
             free = np.eye(len(mass))[:, own] @ scipy.linalg.null_space(rows)
             if free.shape[1] == 0:

@@ -54,7 +54,7 @@ def one_effort(
     tip: Floats | None = None,
     tip_follows: bool = False,
 ) -> LoadPath:
-    """Return the path on which the effort of actuator ``name`` is λ, in N·m or N.
+    """Return the path on which the effort of actuator ``name`` is λ, in the unit of its command.
 
     Raises
     ------

@@ -24,7 +24,7 @@ class FirstOrder:
     Parameters
     ----------
     scene : Scene, Compiled or Dynamics
-    efforts : (A,) in N·m or N, in scene order; zero by default
+    efforts : (A,) in the units of their commands, in scene order; zero by default
 
     Attributes
     ----------

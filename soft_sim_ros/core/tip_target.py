@@ -57,7 +57,7 @@ class Reach:
 
     Parameters
     ----------
-    efforts : (A,) in scene order, N·m or N
+    efforts : (A,) in scene order, in the units of their commands
     q : (n,) the equilibrium
     pose : (4, 4) of the tip in the world
     distance : from the target position, m; 0 if none was asked for

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +13,20 @@ from numpy.typing import NDArray
 from soft_sim_ros.recording.decode import FloatArray, JointState, Wrench
 from soft_sim_ros.recording.reader import Input, Run
 from soft_sim_ros.recording.series import JointSeries
+from soft_sim_ros.report.units import UNKNOWN, labelled, port_units
+from soft_sim_ros.scene.actuator import Units
 
 _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+_WRENCH_UNITS = ("N·m",) * 3 + ("N",) * 3
 _WRENCH = ("moment_x", "moment_y", "moment_z", "force_x", "force_y", "force_z")
 
 
 def export_csv(run: Run, directory: str | Path) -> list[Path]:
     """Write one table per recorded topic; numbers are exact, the first column is time in s.
 
-    Topics that were not recorded make no table. Commands, wrenches and events share
-    ``inputs.csv``, one line per value.
+    Columns of actuators name their units where the scene inside the recording tells them; all
+    other values are SI. Topics that were not recorded make no table. Commands, wrenches and
+    events share ``inputs.csv``, one line per value.
 
     Parameters
     ----------
@@ -37,12 +41,13 @@ def export_csv(run: Run, directory: str | Path) -> list[Path]:
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)
     written = []
+    units = port_units(run)
 
     def table(name: str, time: NDArray, columns: Sequence[str], values: NDArray) -> None:
         if len(time) == 0:
             return
         path = directory / f"{name}.csv"
-        with path.open("w", newline="") as stream:
+        with path.open("w", newline="", encoding="utf-8") as stream:
             writer = csv.writer(stream)
             writer.writerow(["time", *columns])
             rows = np.column_stack([time, values.reshape(len(time), -1)])
@@ -54,17 +59,17 @@ def export_csv(run: Run, directory: str | Path) -> list[Path]:
     table("backbone", backbone.time, poses, backbone.poses)
     table("tip_pose", run.tip_pose.time, _POSE, run.tip_pose.poses)
     for name, joints in (("joint_states", run.joint_states), ("strain_state", run.strain_state)):
-        columns, values = _columns(joints)
+        columns, values = _columns(joints, units if name == "joint_states" else {})
         table(name, joints.time, columns, values)
     table("energy", run.energy.time, run.energy.names, run.energy.values)
     if run.inputs:
         path = directory / "inputs.csv"
-        with path.open("w", newline="") as stream:
+        with path.open("w", newline="", encoding="utf-8") as stream:
             writer = csv.writer(stream)
-            writer.writerow(["time", "topic", "name", "value"])
+            writer.writerow(["time", "topic", "name", "value", "unit"])
             for entry in run.inputs:
-                for name, value in _values(entry):
-                    writer.writerow([repr(entry.time_ns / 1e9), entry.topic, name, value])
+                for name, value, unit in _values(entry, units):
+                    writer.writerow([repr(entry.time_ns / 1e9), entry.topic, name, value, unit])
         written.append(path)
     return written
 
@@ -104,27 +109,34 @@ def export_npz(run: Run, file: str | Path) -> Path:
     return path
 
 
-def _columns(joints: JointSeries) -> tuple[list[str], NDArray]:
+def _columns(joints: JointSeries, units: Mapping[str, Units]) -> tuple[list[str], NDArray]:
     names, blocks = [], []
     for field in ("position", "velocity", "effort"):
         values = getattr(joints, field)
         if values.shape[1]:
-            names += [f"{field}:{name}" for name in joints.name]
+            names += [
+                labelled(f"{field}:{name}", getattr(units.get(name, UNKNOWN), field))
+                for name in joints.name
+            ]
             blocks.append(values)
     return names, np.hstack(blocks) if blocks else np.empty((len(joints), 0))
 
 
-def _values(entry: Input) -> list[tuple[str, str]]:
-    """Take one input apart into named values."""
+def _values(entry: Input, units: Mapping[str, Units]) -> list[tuple[str, str, str]]:
+    """Take one input apart into named values with the units of commands."""
     message = entry.message
     if isinstance(message, FloatArray):
-        return [(str(index), repr(value)) for index, value in enumerate(message.data.tolist())]
+        commands = [of.command for of in units.values()]
+        commands += [""] * (len(message.data) - len(commands))
+        return [(str(i), repr(v), commands[i]) for i, v in enumerate(message.data.tolist())]
     if isinstance(message, JointState):
         return [
-            (f"{field}:{name}", repr(value))
+            (f"{field}:{name}", repr(value), command if field == "effort" else "")
             for field in ("position", "velocity", "effort")
             for name, value in zip(message.name, getattr(message, field).tolist(), strict=False)
+            for command in (units.get(name, UNKNOWN).command,)
         ]
     if isinstance(message, Wrench):
-        return [(n, repr(v)) for n, v in zip(_WRENCH, message.wrench.tolist(), strict=True)]
-    return [("", str(message))]
+        values = zip(_WRENCH, message.wrench.tolist(), _WRENCH_UNITS, strict=True)
+        return [(name, repr(value), unit) for name, value, unit in values]
+    return [("", str(message), "")]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from soft_sim_ros.errors import RecordingError
 from soft_sim_ros.recording.reader import Run
+from soft_sim_ros.report.units import grouped, port_units
 
 SUMMARY = "summary.json"
 Rows = list[tuple[str, str]]
@@ -61,15 +62,23 @@ def motion_rows(run: Run) -> Rows:
     if run.backbone.poses.shape[1]:
         rows.append(("Backbone poses", str(run.backbone.poses.shape[1])))
     if run.joint_states.effort.size:
-        effort = np.abs(run.joint_states.effort)
-        strongest = int(effort.max(axis=0).argmax())
-        name = run.joint_states.name[strongest]
-        rows.append(("Largest effort", f"{effort.max():.4g} ({name})"))
+        rows.append(("Largest effort", ", ".join(_largest_efforts(run))))
     commands = len(run.commands)
     rows.append(
         ("Commands, wrenches, events", f"{commands}, {len(run.wrenches)}, {len(run.events)}")
     )
     return rows
+
+
+def _largest_efforts(run: Run) -> list[str]:
+    """Say the largest effort of every unit: pressures and torques are not compared."""
+    joints = run.joint_states
+    largest = np.abs(joints.effort).max(axis=0)
+    told = []
+    for (unit, _), members in grouped(joints.name, port_units(run)).items():
+        first = max(members, key=lambda index: largest[index])
+        told.append(f"{largest[first]:.4g} {unit}".rstrip() + f" ({joints.name[first]})")
+    return told
 
 
 def accuracy_rows(run: Run, summary: Mapping[str, Any]) -> Rows:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from soft_sim_ros.recording.reader import Run
 from soft_sim_ros.report.numbers import tip_path
 from soft_sim_ros.report.style import COLOURS, FAINT, INK, look, thin
+from soft_sim_ros.report.units import grouped, port_units
 
 _WIDTH = 10.0
 _MOST_NAMES = 12  # more lines than this are drawn without a legend
@@ -36,18 +37,25 @@ def tip(run: Run) -> Figure:
 
 
 def actuators(run: Run) -> Figure:
-    """Draw the effort of every actuator and the position conjugate to it."""
+    """Draw effort and conjugate position of every actuator; what shares axes shares its unit."""
     joints = run.joint_states
-    figure, (upper, lower) = _two(1.0, 1.0)
-    for index, name in enumerate(joints.name):
-        if joints.effort.shape[1]:
-            upper.plot(*thin(joints.time, joints.effort[:, index]), label=name, **look(index))
-        if joints.position.shape[1]:
-            lower.plot(*thin(joints.time, joints.position[:, index]), label=name, **look(index))
-    upper.set(title="Actuator efforts", ylabel="N·m or N")
-    lower.set(title="Conjugate positions", ylabel="rad or m", xlabel="time (s)")
-    _legend(upper)
-    _mark_events(run, upper, lower)
+    groups = grouped(joints.name, port_units(run))
+    figure = Figure(figsize=(_WIDTH, 4.6 * len(groups)), layout="constrained")
+    panels = figure.subplots(2 * len(groups), 1, sharex=True)
+    for place, ((effort, position), members) in enumerate(groups.items()):
+        upper, lower = panels[2 * place : 2 * place + 2]
+        for index in members:
+            name = joints.name[index]
+            if joints.effort.shape[1]:
+                upper.plot(*thin(joints.time, joints.effort[:, index]), label=name, **look(index))
+            if joints.position.shape[1]:
+                values = joints.position[:, index]
+                lower.plot(*thin(joints.time, values), label=name, **look(index))
+        upper.set(title="Actuator efforts", ylabel=effort)
+        lower.set(title="Conjugate positions", ylabel=position)
+        _legend(upper)
+    panels[-1].set(xlabel="time (s)")
+    _mark_events(run, *panels)
     return figure
 
 

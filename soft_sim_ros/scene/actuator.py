@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,8 +21,37 @@ TENDON = ("axial_stiffness", "axial_damping", "friction", "slip_speed")
 SLIP_SPEED = 1e-3
 
 
+class Units(NamedTuple):
+    """What the numbers of a port are in; effort times velocity is always a power in W."""
+
+    command: str
+    effort: str
+    position: str
+    velocity: str
+
+
+TURNING = Units("N·m", "N·m", "rad", "rad/s")
+PULLING = Units("N", "N", "m", "m/s")
+BY_LENGTH = Units("m", "N", "m", "m/s")
+PRESSING = Units("Pa", "Pa", "m³", "m³/s")
+
+
+class Port:
+    """What all actuators have."""
+
+    @property
+    def units(self) -> Units:
+        """Units of the command, and of the port that it drives."""
+        raise NotImplementedError
+
+    @property
+    def unit(self) -> str:
+        """Unit of the command."""
+        return self.units.command
+
+
 @dataclass(frozen=True)
-class MomentActuator:
+class MomentActuator(Port):
     """An internal wrench component, constant along a section, that drives one of its strains.
 
     Its port velocity is the integral of the strain rate along the section: rad/s for a moment
@@ -36,13 +66,13 @@ class MomentActuator:
     strain: str
 
     @property
-    def unit(self) -> str:
-        """Unit of the effort."""
-        return "N·m" if self.strain in ANGULAR else "N"
+    def units(self) -> Units:
+        """A moment turns a section's end, a force draws it out."""
+        return TURNING if self.strain in ANGULAR else PULLING
 
 
 @dataclass(frozen=True)
-class JointActuator:
+class JointActuator(Port):
     """A torque about, or a force along, an axis of a joint.
 
     Its port position is the joint's coordinate of that axis: an angle in rad, a path in m.
@@ -53,11 +83,16 @@ class JointActuator:
     safe: float
     joint: str
     axis: int = 0
-    unit: str = "N·m"
+    turns: bool = True
+
+    @property
+    def units(self) -> Units:
+        """A torque turns, a force shifts."""
+        return TURNING if self.turns else PULLING
 
 
 @dataclass(frozen=True)
-class TendonActuator(Routed):
+class TendonActuator(Routed, Port):
     """A tendon, fixed where its path ends and pulled where it enters, at the start of the path.
 
     Its port velocity is the rate at which the tendon inside the rod gets shorter, in m/s, its
@@ -75,13 +110,13 @@ class TendonActuator(Routed):
     slip_speed: float = SLIP_SPEED
 
     @property
-    def unit(self) -> str:
-        """Unit of the command."""
-        return "m" if self.control == "length" else "N"
+    def units(self) -> Units:
+        """It is told a tension or a length, and pulls with a tension either way."""
+        return BY_LENGTH if self.control == "length" else PULLING
 
 
 @dataclass(frozen=True)
-class ChamberActuator(Routed):
+class ChamberActuator(Routed, Port):
     """A pressure chamber of constant cross-sectional ``area`` in m², along a stretch of a rod.
 
     Effort is pressure above ambient in Pa; the port velocity is the rate of change of its volume,
@@ -91,9 +126,9 @@ class ChamberActuator(Routed):
     area: float
 
     @property
-    def unit(self) -> str:
-        """Unit of the effort."""
-        return "Pa"
+    def units(self) -> Units:
+        """A pressure makes a volume."""
+        return PRESSING
 
 
 Actuator = MomentActuator | JointActuator | TendonActuator | ChamberActuator
@@ -139,8 +174,7 @@ def _read_joint_actuator(
         axis = ("first", "second").index(reader.choice("axis", ("first", "second")))
     else:
         reader.no_effect("axis", f"a {joint.kind} joint has one axis")
-    unit = "N·m" if turns else "N"
-    return JointActuator(name, *_read_limits(reader), joint.name, axis, unit)
+    return JointActuator(name, *_read_limits(reader), joint.name, axis, turns)
 
 
 def _read_tendon(reader: Reader, name: str, bodies: tuple[Body, ...]) -> TendonActuator:

@@ -2,22 +2,10 @@
 
 import dataclasses
 import importlib
-import sys
 import threading
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def tree_on_path():
-    """The benchmarks are not installed: they are imported from the source tree."""
-    sys.path.insert(0, str(ROOT))
-    yield
-    sys.path.remove(str(ROOT))
 
 
 def module(name):

@@ -1,23 +1,12 @@
 """The benchmarks of real time and of the node measure what they say."""
 
 import importlib
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
 BUSY = "import time\nprint('ready', flush=True)\nt = time.process_time()\n"
 BUSY += "while time.process_time() < t + {}: pass\nprint('over', flush=True)\ntime.sleep(60)"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def tree_on_path():
-    """The benchmarks are not installed: they are imported from the source tree."""
-    sys.path.insert(0, str(ROOT))
-    yield
-    sys.path.remove(str(ROOT))
 
 
 def module(name):
@@ -55,9 +44,12 @@ def test_the_cpu_time_of_a_process_is_read_by_thread_too():
 
 def test_a_program_that_ends_too_early_is_told_with_what_it_said():
     processes = module("node.processes")
-    with processes.process(["-c", "print('no such thing')"], 1) as one:
-        with pytest.raises(RuntimeError, match="no such thing"):
-            one.wait_for("ready")
+    command = ["-c", "print('no such thing')"]
+    with (
+        processes.process(command, 1) as one,
+        pytest.raises(RuntimeError, match="no such thing"),
+    ):
+        one.wait_for("ready")
 
 
 def test_the_parts_of_a_step_are_found_in_its_times():

@@ -1,20 +1,8 @@
 """Judging a scene of the stability map; the hard ones that estimates were once wrong about."""
 
 import importlib
-import sys
-from pathlib import Path
 
 import pytest
-
-ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def tree_on_path():
-    """The benchmarks are not installed: they are imported from the source tree."""
-    sys.path.insert(0, str(ROOT))
-    yield
-    sys.path.remove(str(ROOT))
 
 
 def judged(*, checked=True, **values):

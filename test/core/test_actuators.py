@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from differences import central_difference
 from rigged import COMMANDS, LENGTHS, rigged_document
 from scenes import random_state, rod_document, scene_of
-from test_tangents import central_difference
 
 from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.kernels.system import factor, new_system, solve

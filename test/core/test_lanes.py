@@ -97,13 +97,14 @@ print(hashlib.sha256(b"".join(part.tobytes() for part in found)).hexdigest())
 """
 
 
-def test_bits_are_those_of_a_processor_without_wide_registers(tmp_path):
-    """Nor with fused multiply-adds: there a library rounds them once, too."""
-    plain = {
-        "NUMBA_CPU_NAME": "generic",
-        "NUMBA_CPU_FEATURES": "",
-        "NUMBA_CACHE_DIR": str(tmp_path),
-    }
+@pytest.mark.slow
+def test_bits_are_those_of_a_processor_without_wide_registers():
+    """Nor with fused multiply-adds: there a library rounds them once, too.
+
+    The folder of compiled kernels keeps those of one processor apart from those of another, so the
+    minute that this takes is spent once for every change of the kernels.
+    """
+    plain = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
     told = [
         subprocess.run(
             [sys.executable, "-c", BITS],

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scenes import ALL, rod, rod_document, rod_simulation, scene_of
+from scipy.integrate import trapezoid
 from scipy.linalg import eig
 from scipy.optimize import brentq
 
@@ -38,9 +39,7 @@ def test_rotary_inertia_lowers_a_frequency_by_rayleighs_amount():
     k = (np.sinh(b * LENGTH) - np.sin(b * LENGTH)) / (np.cosh(b * LENGTH) + np.cos(b * LENGTH))
     w = np.cosh(b * x) - np.cos(b * x) - k * (np.sinh(b * x) - np.sin(b * x))
     slope = b * (np.sinh(b * x) + np.sin(b * x) - k * (np.cosh(b * x) - np.cos(b * x)))
-    ratio = np.trapezoid(slope**2, x) / np.trapezoid(w**2, x) if hasattr(np, "trapezoid") else (
-        np.trapz(slope**2, x) / np.trapz(w**2, x)
-    )  # fmt: skip
+    ratio = trapezoid(slope**2, x) / trapezoid(w**2, x)
     radius = 0.03
     expected = -0.5 * radius**2 / 4 * ratio
     assert lowest(radius) / lowest(1e-4) - 1 == pytest.approx(expected, rel=0.03)

@@ -1,14 +1,11 @@
 """SE(3) for any twist: identities that pin down every sign."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from soft_sim_ros.core import se3
-
-settings.register_profile("se3", deadline=None, max_examples=60)
-settings.load_profile("se3")
 
 number = st.floats(-3.0, 3.0, allow_subnormal=False)
 vectors = st.tuples(number, number, number).map(np.array)

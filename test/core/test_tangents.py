@@ -2,24 +2,12 @@
 
 import numpy as np
 import pytest
+from differences import central_difference
 from scenes import ALL, random_state, rod, scene_of, zoo_document
 
 from soft_sim_ros.core.dynamics import Dynamics
 
 EFFORTS = np.array([0.3, -0.2, 8.0, 5.0])
-
-
-def central_difference(function, x, size):
-    """Fourth-order difference quotient of function along every coordinate of x."""
-    columns = []
-    for j in range(len(x)):
-        e = np.zeros(len(x))
-        e[j] = size[j]
-        slope = 8.0 * (function(x + e) - function(x - e)) - (
-            function(x + 2 * e) - function(x - 2 * e)
-        )
-        columns.append(slope / (12.0 * size[j]))
-    return np.stack(columns, axis=1)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -4,6 +4,7 @@ import by_hand
 import numpy as np
 import pytest
 import yaml
+from floating_links import LENGTH, LINE, MATERIAL, RHO, SECOND, STRIP, E, document, link
 from scenes import scene_of
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
@@ -16,24 +17,7 @@ from soft_sim_ros.core.statics import equilibrium
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import parse_scene
 
-LENGTH, RADIUS, E, RHO = 1.0, 0.01, 2e9, 1000.0
-AREA, SECOND = np.pi * RADIUS**2, np.pi * RADIUS**4 / 4
-LINE = RHO * AREA  # mass per length
 ROOTS = np.array([1.8751040687, 4.6940911330])  # cos x cosh x = −1
-STRIP = {"name": "s", "length": LENGTH, "material": "m",
-         "cross_section": {"shape": "circle", "radius": RADIUS}}  # fmt: skip
-MATERIAL = {"m": {"young_modulus": E, "shear_modulus": E / 2.6, "density": RHO}}
-
-
-def link(name="link", strains=("bend_y", "bend_z"), **more):
-    return {
-        "flexible_link": name, "strains": list(strains), "sections": [STRIP], "modes": 4,
-    } | more  # fmt: skip
-
-
-def document(bodies, **more):
-    common = {"name": "links", "gravity": [0, 0, 0], "materials": MATERIAL, "bodies": bodies}
-    return common | more
 
 
 def beam(root, x):

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from floating_links import LENGTH, STRIP, document, link
 from scenes import scene_of
 from scipy.spatial.transform import Rotation
-from test_b3_floating_frame import LENGTH, STRIP, document, link
 
 from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.link_modes import Modes

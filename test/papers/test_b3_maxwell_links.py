@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scenes import scene_of
+from scipy.integrate import trapezoid
 from scipy.linalg import expm
 
 from soft_sim_ros.core.simulation import Simulation
@@ -31,7 +32,7 @@ def parts(simulation):
     shape = own.modes.fields(s)[1][:, 1, 0]
     area, second = np.pi * 0.01**2, np.pi * 0.01**4 / 4
     bent = np.gradient(np.gradient(shape, s, edge_order=2), s, edge_order=2)
-    return 1000.0 * area * np.trapezoid(shape**2, s), 2e9 * second * np.trapezoid(bent**2, s)
+    return 1000.0 * area * trapezoid(shape**2, s), 2e9 * second * trapezoid(bent**2, s)
 
 
 def test_a_plucked_link_rings_as_the_standard_linear_solid():

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from differences import central_difference
 from scenes import random_state, rod_document, scene_of
 from scipy.integrate import quad, solve_bvp
 from scipy.optimize import brentq, root
-from test_tangents import central_difference
 
 from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.simulation import Simulation

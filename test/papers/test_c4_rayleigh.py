@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from differences import central_difference
 from scenes import random_state, rod_document, scene_of, zoo_document
 from scipy.linalg import eigh
-from test_tangents import central_difference
 
 from soft_sim_ros.core.discrete_gradient import DiscreteGradient
 from soft_sim_ros.core.dynamics import Dynamics
@@ -107,7 +107,7 @@ def test_drag_on_a_fast_strongly_bent_arm_is_that_of_the_mass_of_its_material():
 
 def test_damping_matrix_holds_the_drag_at_any_shape():
     dynamics = zoo(alpha=ALPHA)
-    q, v, _ = random_state(dynamics, 6)
+    q, _, _ = random_state(dynamics, 6)
     zero = np.zeros(dynamics.n)
     damping, scale = dynamics.damping_matrix(q), np.sqrt(np.diag(dynamics.mass_matrix(q)))
     exact = dynamics.tangents(q, zero, zero)[1]

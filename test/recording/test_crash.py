@@ -81,7 +81,7 @@ def test_a_file_cut_anywhere_gives_a_whole_beginning(record, tmp_path: Path) -> 
     whole = (directory / "cut_0.mcap").read_bytes()
     torn = tmp_path / "torn_0.mcap"
 
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=60)
     @given(st.integers(0, len(whole) - 1), st.binary(max_size=40))
     def cut(at: int, tail: bytes) -> None:
         torn.write_bytes(whole[:at] + tail)

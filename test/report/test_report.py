@@ -222,10 +222,10 @@ def test_csv_tables_hold_exactly_what_was_recorded(turning: Path, tmp_path: Path
         "time,position:yaw,position:pitch,velocity:yaw,velocity:pitch,effort:yaw,effort:pitch"
     )
     assert written["inputs.csv"].read_text().splitlines() == [
-        "time,topic,name,value",
-        "0.0,/soft_arm/command,0,0.25",
-        "0.0,/soft_arm/command,1,0.0",
-        "1.0,/soft_arm/events,,reset",
+        "time,topic,name,value,unit",
+        "0.0,/soft_arm/command,0,0.25,",
+        "0.0,/soft_arm/command,1,0.0,",
+        "1.0,/soft_arm/events,,reset,",
     ]
 
 

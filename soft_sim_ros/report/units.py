@@ -1,0 +1,45 @@
+"""The units of what a recording holds about actuators, from the scene inside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+
+from soft_sim_ros.errors import SceneError
+from soft_sim_ros.recording.reader import Run
+from soft_sim_ros.scene import parse_scene
+from soft_sim_ros.scene.actuator import Units
+
+UNKNOWN = Units("", "", "", "")
+
+
+def port_units(run: Run) -> dict[str, Units]:
+    """Return the units of every actuator of the run's scene, by name and in its order.
+
+    Empty where no scene is inside, or one that this version cannot read (of a later version, or
+    with profiles that a program has registered): a report has no unit then rather than a wrong one.
+    """
+    return _units_of(run.scene_text or "")
+
+
+def grouped(names: Iterable[str], units: dict[str, Units]) -> dict[tuple[str, str], list[int]]:
+    """Return the indices of ports that may share axes, by their units of effort and position."""
+    found: dict[tuple[str, str], list[int]] = {}
+    for index, name in enumerate(names):
+        of = units.get(name, UNKNOWN)
+        found.setdefault((of.effort, of.position), []).append(index)
+    return found
+
+
+def labelled(name: str, unit: str) -> str:
+    """Return a name with its unit, if it has one."""
+    return f"{name} ({unit})" if unit else name
+
+
+@lru_cache(maxsize=8)
+def _units_of(text: str) -> dict[str, Units]:
+    try:
+        scene = parse_scene(text)
+    except SceneError:
+        return {}
+    return {actuator.name: actuator.units for actuator in scene.actuators}
