@@ -17,7 +17,8 @@ from rosgraph_msgs.msg import Clock
 
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.node.clock import Pacer
-from soft_sim_ros.node.publishers import message_class, qos_profile
+from soft_sim_ros.node.publishers import message_class
+from soft_sim_ros.node.quality import qos_profile
 from soft_sim_ros.node.signals import Signals, Stopped
 from soft_sim_ros.node.start import start
 from soft_sim_ros.recording.cdr import ClockBuffer
@@ -93,7 +94,7 @@ class Player:
         begin = time.monotonic()
         passes = 0
         while not self._stop.is_set():
-            self._pacer.restart()
+            self._pacer.begin()
             self._once()
             passes += 1
             if not loop:
