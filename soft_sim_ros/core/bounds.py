@@ -3,12 +3,13 @@
 A finite number is not yet a sane one: no arm can be asked to follow a push of 1e308 N. So there are
 bounds that no useful command comes near. They follow from the arm alone:
 
-- force: ten times its weight, or what stretches its stiffest section by a tenth;
-- moment: ten times its weight times its length, or what bends it by 20 rad (three turns);
-- length: that of the arm; pressure: what stretches the stiffest section to twice its length, in a
-  chamber, or ten times the weight.
+- force: what stretches its stiffest section by a tenth, but not less than ten times its weight nor
+  more than a thousand times;
+- moment: what bends its stiffest section by 10 rad (a turn and a half) over its length, but not more than
+  a thousand times its weight times its length; ten times that where nothing bends;
+- length: that of the arm; pressure: ten times that force in a chamber.
 
-The greater one counts. Scenes and parameters can say something else.
+Scenes and parameters can say something else.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ from ..scene.actuator import ChamberActuator
 from ..scene.summary import summary, total_mass
 
 G = 9.81  # m/s², also where the scene has no gravity
-WEIGHTS, STRETCH, TURN = 10.0, 0.1, 20.0  # times the weight, strain, rad
+LIGHT, HEAVY = 10.0, 1000.0  # times the weight
+STRETCH, TURN = 0.1, 10.0  # strain, rad
 
 
 @dataclass(frozen=True)
@@ -56,18 +58,18 @@ class Bounds:
         A ``moment`` in N·m or a ``force`` in N above zero is taken for the wrench instead.
         """
         rows = summary(scene)
-        heavy = WEIGHTS * total_mass(scene) * G
+        weight = total_mass(scene) * G
         axial = max((max(row.EA) for row in rows), default=0.0)
         bending = max((max(*row.EI_y, *row.EI_z) for row in rows), default=0.0)
         most = {
-            "N": max(heavy, STRETCH * axial),
-            "N·m": max(heavy * length, TURN * bending / length),
+            "N": min(max(LIGHT * weight, STRETCH * axial), HEAVY * weight),
+            "N·m": min(TURN * bending / length or LIGHT * weight * length, HEAVY * weight * length),
             "m": length,
         }
         efforts = _limits(scene)
         for row, actuator in zip(efforts, scene.actuators, strict=True):
             if isinstance(actuator, ChamberActuator):
-                high = max(heavy, axial) / actuator.area
+                high = 10.0 * most["N"] / actuator.area
             else:
                 high = most[actuator.unit]
             # limits that are set, and the safe effort, always lie within

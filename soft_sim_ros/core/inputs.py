@@ -8,7 +8,6 @@ steps were grouped into calls.
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 
@@ -136,7 +135,7 @@ class Inputs:
     def _bounded(self, topic: str, channels: np.ndarray, values: np.ndarray) -> Order:
         lo, hi = self._limits[channels].T
         cut = np.minimum(np.maximum(values, lo), hi)
-        if math.isfinite(values.sum()) and (cut == values).all():
+        if (cut == values).all() and not np.isinf(values).any():
             return Order(channels, values)
         names = [self.names[i] for i in channels]
         require_finite(topic, names, values)

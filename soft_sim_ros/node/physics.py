@@ -22,6 +22,7 @@ from soft_sim_ros.recording.telemetry import LEDGER
 
 _RESIDUAL = LEDGER.index("residual")
 _LEDGER_PERIOD_NS = 500_000_000
+_SHAKEN_NS = 1_000_000_000
 
 
 class Physics:
@@ -81,6 +82,7 @@ class Physics:
         self._inbox = Inbox()
         self._stop = threading.Event()
         self._sent = -1  # index of the step whose state was sent last
+        self._shaken_until_ns = 0  # simulated: until then a withdrawn command may be the cause
         self._ledger_due_ns = 0
         self._log_trouble = (False, False)
         self._thread = threading.Thread(target=self._main, name="physics", daemon=True)
@@ -195,20 +197,35 @@ class Physics:
             self.costs.add(made, end - begin, self.simulation.time_ns)
         for time_ns, text in self.inputs.take_events():
             self._event(text, time_ns)
-        if error is None or self._withdraw(error):
+        if error is None or self._recover(error):
             return True
         self._give_up(error)
         return False
 
-    def _withdraw(self, error: Diverged) -> bool:
-        """Take back the commands in force, if there are any: one mad command stops no arm."""
-        dropped = ", ".join(self.inputs.withdraw())
-        if dropped:
+    def _recover(self, error: Diverged) -> bool:
+        """Go on without the commands that stopped the solver, if there are any.
+
+        They are taken back; should what they did to the arm still be too much, it starts anew.
+        """
+        time_ns, done = self.simulation.time_ns, ""
+        if dropped := ", ".join(self.inputs.withdraw()):
+            done = f"withdrawn: {dropped}"
+            self._event(done)
+            self._shaken_until_ns = time_ns + _SHAKEN_NS
+        elif time_ns < self._shaken_until_ns:
+            done = "back to the initial state"
+            self._start_anew()
+        if done:
             self.withdrawn += 1
-            self.last_error = f"{error}; withdrawn: {dropped}"
-            self._event(f"withdrawn: {dropped}")
-            self._moan(f"the solver gave up {error}; withdrawn: {dropped}", "withdrawn")
-        return bool(dropped)
+            self.last_error = f"{error}; {done}"
+            self._moan(f"the solver gave up {self.last_error}", done[:9])
+        return bool(done)
+
+    def _start_anew(self) -> None:
+        self.inputs.reset()
+        self._shaken_until_ns = 0
+        self._event("reset")
+        self._emit()
 
     def _give_up(self, error: Diverged) -> None:
         self.diverged = self.last_error = str(error)
@@ -294,10 +311,8 @@ class Physics:
         return True, f"{steps} steps, now at t = {self.simulation.time:.9g} s"
 
     def _reset(self) -> Answer:
-        self.inputs.reset()
         was_diverged, self.diverged = self.diverged is not None, None
-        self._event("reset")
-        self._emit()
+        self._start_anew()
         if was_diverged:
             self.paused = False
             self._event("resume")

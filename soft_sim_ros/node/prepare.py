@@ -9,6 +9,7 @@ from contextlib import contextmanager
 
 from soft_sim_ros.core.compilation import compilations
 from soft_sim_ros.core.contract import choose, draft
+from soft_sim_ros.core.modes import long_step
 from soft_sim_ros.core.refinement import words
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.node.parameters import Settings
@@ -30,6 +31,8 @@ def warm_up(scene: Scene, settings: Settings, say) -> Simulation:
         telemetry = Telemetry(arm, settings.poses, settings.frame_id, "/warm_up")
         for one in telemetry.topics:
             getattr(telemetry, one.key)()
+        if compiled.names:  # a first start: what is looked at once the arm runs is compiled as well
+            long_step(arm.dynamics, arm.q, arm.scene.numerics)
     return arm
 
 
