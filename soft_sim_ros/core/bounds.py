@@ -5,8 +5,8 @@ bounds that no useful command comes near. They follow from the arm alone:
 
 - force: what stretches its stiffest section by a tenth, but not less than ten times its weight nor
   more than a thousand times;
-- moment: what bends its stiffest section by 10 rad (a turn and a half) over its length, but not more than
-  a thousand times its weight times its length; ten times that where nothing bends;
+- moment: what bends its stiffest section by 10 rad (a turn and a half) over its length, but not
+  more than a thousand times its weight times its length; ten times that where nothing bends;
 - length: that of the arm; pressure: ten times that force in a chamber.
 
 Scenes and parameters can say something else.

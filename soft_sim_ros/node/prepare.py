@@ -17,8 +17,8 @@ from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.scene import Scene
 
 
-def warm_up(scene: Scene, settings: Settings, say) -> Simulation:
-    """Compile everything the run needs with another arm, and return that."""
+def warm_up(scene: Scene, settings: Settings, say) -> str | None:
+    """Compile everything the run needs with another arm; return what is doubtful about its step."""
 
     def what() -> str:
         if compiled.going_on():
@@ -31,9 +31,7 @@ def warm_up(scene: Scene, settings: Settings, say) -> Simulation:
         telemetry = Telemetry(arm, settings.poses, settings.frame_id, "/warm_up")
         for one in telemetry.topics:
             getattr(telemetry, one.key)()
-        if compiled.names:  # a first start: what is looked at once the arm runs is compiled as well
-            long_step(arm.dynamics, arm.q, arm.scene.numerics)
-    return arm
+        return long_step(arm.dynamics, arm.q, arm.scene.numerics)
 
 
 def simulation_of(scene: Scene, say: Callable[[str], None]) -> Simulation:

@@ -12,7 +12,6 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from soft_sim_ros.core.bounds import Bounds
-from soft_sim_ros.core.modes import long_step
 from soft_sim_ros.core.watch import inputs_of
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.foreign import one_line, shown
@@ -130,7 +129,9 @@ class Arm:
             self.publishers.after_tick.append(tip.send)
         log = node.get_logger()
         log.info(f"starting {shown(scene.name)} of {one_line(scene.file)}")
-        self._spare = warm_up(scene, settings, node.get_logger().info)
+        doubt = warm_up(scene, settings, node.get_logger().info)
+        if doubt:
+            log.warning(doubt)
         hold_signals()  # from here on there is a recording to be closed
         self.simulation = simulation_of(scene, node.get_logger().info)
         self.inputs = inputs_of(
@@ -179,7 +180,6 @@ class Arm:
         gc.enable()
         self.physics.start()
         self._say_ready()
-        self._doubt_step()
         while self.physics.alive:
             executor.spin_once(timeout_sec=0.1)
         executor.shutdown()
@@ -265,12 +265,6 @@ class Arm:
             self.physics.pacer.factor = value
         elif name == "step_count":
             self.services.step_count = value
-
-    def _doubt_step(self) -> None:
-        """Warn of a step that is much too long; with an arm that no other thread looks at."""
-        spare = self._spare
-        if doubt := long_step(spare.dynamics, spare.q, spare.scene.numerics):
-            self.node.get_logger().warning(doubt)
 
     def _say_ready(self) -> None:
         s, simulation = self.settings, self.simulation
