@@ -248,11 +248,12 @@ class CommandError(SoftSimError):
     ----------
     topic : where it came from
     why : what is wrong with it
+    kind : the same word for all that is wrong in the same way; complaints are counted by it
     """
 
-    def __init__(self, topic: str, why: str) -> None:
-        super().__init__(topic, why)
-        self.topic, self.why = topic, why
+    def __init__(self, topic: str, why: str, kind: str = "") -> None:
+        super().__init__(topic, why, kind)
+        self.topic, self.why, self.kind = topic, why, kind
 
     def __str__(self) -> str:
         """Put the numbers in a sentence."""

@@ -122,16 +122,15 @@ def replay(run: Run) -> dict[str, Any]:
     last = int(run.backbone.time_ns[-1])
     line = Line()
     line.show("replaying")
-    with (
-        child("the listener", f"{PACKAGE}.commands.listen", topic, str(last)) as listener,
-        child(
-            "the replay", PACKAGE, "replay", str(run.path), "--rate", repr(REPLAY_RATE)
-        ) as player,
-    ):
-        for text in _both(player.lines(), line):
-            said = _log(text)
-        player.finish()
-        listener.finish()
+    with child("the listener", f"{PACKAGE}.commands.listen", topic, str(last)) as listener:
+        for text in listener.wait_for("listening"):
+            line.show(text)
+        rate = repr(REPLAY_RATE)
+        with child("the replay", PACKAGE, "replay", str(run.path), "--rate", rate) as player:
+            for text in _both(player.lines(), line):
+                said = _log(text)
+            player.finish()
+            listener.finish()
     line.clear()
     print(f"replay:          {said}", flush=True)
     return {"rate": REPLAY_RATE, "topic": topic, **json.loads(listener.said[-1])}

@@ -17,6 +17,7 @@ from geometry_msgs.msg import PoseArray, WrenchStamped
 from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
@@ -25,6 +26,7 @@ from soft_sim_ros.scene import Scene, load_scene
 
 ARM = "/soft_arm"
 PATIENCE = 30.0  # s of real time without news from the arm
+ASK_AGAIN = 1.0  # s of real time without an answer
 SMOOTH = 0.6  # part of the programme that is smooth; the rest is steps
 PUSH = (0.80, 0.83, (0.0, 0.5, 0.5))  # from and to, as parts of the programme; N
 
@@ -62,6 +64,8 @@ class Driver(Node):
         self.names: list[str] = []
         self.time = 0.0
         self.states = self.shapes = self.commands = self.wrenches = 0
+        self._calls: list[Future] = []
+        self._due = 0.0
         self._last_news = time.monotonic()
         one = QoSProfile(depth=1)
         self._command = self.create_publisher(Float64MultiArray, f"{ARM}/command", one)
@@ -78,9 +82,21 @@ class Driver(Node):
             raise RuntimeError(
                 f"{count} arms publish {ARM}/backbone here: set another ROS_DOMAIN_ID"
             )
-        going = self._pause.call_async(SetBool.Request(data=False))
-        self._wait("the arm to go", going.done)
+        self._wait("the arm to go", self._going)
         self._wait("the end of the programme", lambda: self.time >= self._duration)
+
+    def _going(self) -> bool:
+        """Ask the arm to go, again and again until it answers: asking twice changes nothing.
+
+        A service is found in several steps, and on a busy machine an answer is lost between them.
+        """
+        if self.time > 0.0 or any(call.done() for call in self._calls):
+            return True
+        now = time.monotonic()
+        if now >= self._due:
+            self._due = now + ASK_AGAIN
+            self._calls.append(self._pause.call_async(SetBool.Request(data=False)))
+        return False
 
     def _connected(self) -> bool:
         return bool(

@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, TextIO
+from typing import TextIO
 
 REFRESH = 0.2  # s between updates of a line on a terminal
 PERIOD = 5.0  # s between lines anywhere else, such as the log of a build machine
@@ -51,36 +51,23 @@ class Line:
 @contextmanager
 def compiling(stream: TextIO | None = None) -> Iterator[None]:
     """Show which kernels are being compiled: it happens once per machine and version."""
-    from numba.core import event
-
-    from soft_sim_ros.core.kernels.together import listeners
+    from soft_sim_ros.core.compilation import compilations
 
     line = Line(stream)
     start = time.monotonic()
-    names: list[str] = []
 
     def begins(name: str) -> None:
-        names.append(name)
         seconds = time.monotonic() - start
-        line.show(f"compiling kernels, once: {len(names)} so far, {seconds:.0f} s ({name})")
+        line.show(f"compiling kernels, once: {len(seen.names)} so far, {seconds:.0f} s ({name})")
 
-    class Watcher(event.Listener):
-        def on_start(self, event: Any) -> None:
-            begins(event.data["dispatcher"].py_func.__name__)
-
-        def on_end(self, event: Any) -> None:
-            pass
-
-    listeners.append(begins)
-    with event.install_listener("numba:compile", Watcher()):
+    with compilations(begins) as seen:
         try:
             yield
         finally:
-            listeners.remove(begins)
             line.clear()
-    if names:
+    if seen.names:
         seconds = time.monotonic() - start
-        print(f"compiled {len(names)} kernels in {seconds:.1f} s", file=stream or sys.stderr)
+        print(f"compiled {len(seen.names)} kernels in {seconds:.1f} s", file=stream or sys.stderr)
 
 
 def bar(done: int, total: int, width: int = 20) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from soft_sim_ros.commands.progress import Line
 from soft_sim_ros.commands.shell import DONE, FAILED, verb
 from soft_sim_ros.commands.warm_up import warm_up
+from soft_sim_ros.core.bounds import Bounds
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.errors import RecordingError
@@ -85,7 +86,10 @@ class Rerun:
             warm_up(scene)
         self.simulation = Simulation(scene)
         self._inputs = Inputs(
-            self.simulation, float(facts["command_timeout"]), float(facts["command_ramp"])
+            self.simulation,
+            float(facts["command_timeout"]),
+            float(facts["command_ramp"]),
+            recorded_bounds(run, scene),
         )
         self._frame_id = facts["frame_id"]
         node = facts["node"]
@@ -118,6 +122,9 @@ class Rerun:
                     self._inputs.reset()
                 elif text.startswith("diverged"):
                     self._inputs.update()  # the step that failed had the inputs of its start
+                elif text.startswith("withdrawn"):
+                    self._inputs.update()
+                    self._inputs.withdraw()
 
     def _advance_to(self, message: LoggedMessage) -> None:
         steps, rest = divmod(message.time_ns - self.simulation.time_ns, self.simulation.step_ns)
@@ -155,6 +162,20 @@ def recorded_scene(run: Run) -> Scene:
         lacks = ", ".join((["its scene"] if source is None else []) + missing)
         raise RecordingError(run.path, f"cannot be simulated again: it lacks {lacks}")
     return parse_scene(source, f"{run.path}/scene.yaml")
+
+
+def recorded_bounds(run: Run, scene: Scene) -> Bounds:
+    """Return the bounds of commands that a recording was made with.
+
+    Raises
+    ------
+    RecordingError
+        if they are damaged
+    """
+    try:
+        return Bounds.recorded(scene, run.metadata)
+    except ValueError as error:
+        raise RecordingError(run.path, f"bounds of commands: {error}") from error
 
 
 def different_facts(run: Run) -> list[tuple[str, str, str]]:

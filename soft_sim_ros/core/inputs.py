@@ -8,32 +8,28 @@ steps were grouped into calls.
 
 from __future__ import annotations
 
-import math
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from soft_sim_ros.errors import CommandError
+from soft_sim_ros.foreign import bare, listed, shown
 
-COMMAND, JOINT_COMMAND, EXTERNAL_WRENCH = "~/command", "~/joint_command", "~/external_wrench"
-WORLD, TIP = "world", "tip"
+from .bounds import Bounds
+from .orders import (
+    COMMAND,
+    EXTERNAL_WRENCH,
+    JOINT_COMMAND,
+    MOST_NAMES,
+    TIP,
+    WORLD,
+    Order,
+    require_finite,
+)
+from .orders import wrench_frame as wrench_frame  # for those who look for it here
+
 _NEVER = np.iinfo(np.int64).max
-
-
-@dataclass(frozen=True)
-class Order:
-    """A validated command, ready to be taken up at a step boundary.
-
-    ``channels`` (k,) counts the actuators first, then the six components of the tip wrench;
-    ``values`` (k,) are efforts in actuator units, moments in N·m, forces in N, already inside the
-    limits. ``clamped`` says in words what had to be cut. ``frame`` is set for a wrench only.
-    """
-
-    channels: np.ndarray
-    values: np.ndarray
-    clamped: tuple[str, ...] = ()
-    frame: str | None = None
 
 
 class Inputs:
@@ -48,6 +44,8 @@ class Inputs:
         0 = for ever.
     ramp : float
         s over which a stale effort then goes linearly to its safe value (the wrench to zero).
+    bounds : Bounds or None
+        To what a wrench, and efforts without limits, are cut; None = to nothing.
 
     Notes
     -----
@@ -56,7 +54,9 @@ class Inputs:
     the efforts change.
     """
 
-    def __init__(self, simulation, command_timeout: float, ramp: float):
+    def __init__(
+        self, simulation, command_timeout: float, ramp: float, bounds: Bounds | None = None
+    ):
         for name, value in (("command_timeout", command_timeout), ("ramp", ramp)):
             if not (np.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} = {value!r} s: expected a finite number, zero or more")
@@ -64,11 +64,14 @@ class Inputs:
         actuators = simulation.scene.actuators
         self.names = tuple(a.name for a in actuators)
         self._index = {name: i for i, name in enumerate(self.names)}
+        self._known = listed(self.names, MOST_NAMES, bare)
         n = len(self.names)
-        self._limits = np.array([a.limits for a in actuators], dtype=float).reshape(n, 2)
+        self.bounds = Bounds.none(simulation.scene) if bounds is None else bounds
+        self._limits = self.bounds.efforts
         self._all = np.arange(n)
         self._safe = np.array([a.safe for a in actuators] + 6 * [0.0], dtype=float)
-        self._timeout_ns = round(command_timeout * 1e9)
+        # A timeout of less than a nanosecond must not become none at all.
+        self._timeout_ns = round(command_timeout * 1e9) or int(command_timeout > 0.0)
         self._ramp_ns = round(ramp * 1e9)
         self._events: list[tuple[int, str]] = []
         self.last_order_ns: int | None = None
@@ -83,28 +86,31 @@ class Inputs:
         if values.shape != (len(self.names),):
             raise CommandError(
                 COMMAND,
-                f"{values.size} efforts for {len(self.names)} actuators ({', '.join(self.names)})",
+                f"{values.size} efforts for {len(self.names)} actuators ({self._known})",
+                "length",
             )
         return self._bounded(COMMAND, self._all, values)
 
     def joint_order(self, names: Sequence[str], efforts: Sequence[float]) -> Order:
         """Order for some actuators by name, ``efforts`` (len(names),)."""
         if not names:
-            raise CommandError(JOINT_COMMAND, "no names: expected some of " + ", ".join(self.names))
+            raise CommandError(JOINT_COMMAND, f"no names: expected some of {self._known}", "length")
         if len(names) != len(efforts):
+            given = listed(names, write=bare)
             raise CommandError(
-                JOINT_COMMAND, f"{len(efforts)} efforts for {len(names)} names ({', '.join(names)})"
+                JOINT_COMMAND, f"{len(efforts)} efforts for {len(names)} names ({given})", "length"
             )
         unknown = [name for name in names if name not in self._index]
         if unknown:
             raise CommandError(
                 JOINT_COMMAND,
-                f"unknown actuator {', '.join(map(repr, unknown))}: expected some of "
-                + ", ".join(self.names),
+                f"unknown actuator {listed(unknown)}: expected some of {self._known}",
+                "name",
             )
-        twice = sorted({name for name in names if list(names).count(name) > 1})
-        if twice:
-            raise CommandError(JOINT_COMMAND, f"actuator named more than once: {', '.join(twice)}")
+        if len(set(names)) < len(names):
+            counts = Counter(names)
+            twice = listed((name for name in sorted(counts) if counts[name] > 1), write=bare)
+            raise CommandError(JOINT_COMMAND, f"actuator named more than once: {twice}", "twice")
         channels = np.array([self._index[name] for name in names], dtype=np.intp)
         return self._bounded(JOINT_COMMAND, channels, np.array(efforts, dtype=float))
 
@@ -115,22 +121,24 @@ class Inputs:
             raise CommandError(
                 EXTERNAL_WRENCH,
                 f"a wrench of shape {values.shape}: expected 3 moments and 3 forces",
+                "length",
             )
         if frame not in (WORLD, TIP):
             raise CommandError(
-                EXTERNAL_WRENCH, f"wrench frame {frame!r}: expected {WORLD!r} or {TIP!r}"
+                EXTERNAL_WRENCH, f"wrench frame {shown(frame)}: expected {WORLD!r} or {TIP!r}"
             )
         labels = ("torque.x", "torque.y", "torque.z", "force.x", "force.y", "force.z")
-        _require_finite(EXTERNAL_WRENCH, labels, values)
-        return Order(len(self.names) + np.arange(6), values, frame=frame)
+        require_finite(EXTERNAL_WRENCH, labels, values)
+        values, clamped = self.bounds.cut(values)
+        return Order(len(self.names) + np.arange(6), values, clamped, frame=frame)
 
     def _bounded(self, topic: str, channels: np.ndarray, values: np.ndarray) -> Order:
         lo, hi = self._limits[channels].T
         cut = np.minimum(np.maximum(values, lo), hi)
-        if math.isfinite(values.sum()) and (cut == values).all():
+        if (cut == values).all() and not np.isinf(values).any():
             return Order(channels, values)
         names = [self.names[i] for i in channels]
-        _require_finite(topic, names, values)
+        require_finite(topic, names, values)
         clamped = tuple(
             f"{names[i]} = {values[i]:g} cut to {cut[i]:g}" for i in np.flatnonzero(cut != values)
         )
@@ -210,6 +218,29 @@ class Inputs:
         self._clear()
         self.update()
 
+    def withdraw(self) -> list[str]:
+        """Drop what is in force and keeps the arm from going on, and say what was dropped.
+
+        The wrench goes first; if there is none, all efforts become the safe ones. Nothing that
+        was tried with it leaves a trace in what follows. An empty list: nothing was in force.
+        """
+        n = len(self.names)
+        dropped = [EXTERNAL_WRENCH] if self._held[n:].any() else []
+        part = slice(n, None)
+        if not dropped:
+            part = slice(0, n)
+            moved = self._held[part] != self._safe[part]
+            dropped = [name for name, far in zip(self.names, moved, strict=True) if far]
+        if dropped:
+            self._held[part] = self._safe[part]
+            self._since[part] = _NEVER
+            self._late[part] = False
+            self._oldest = int(self._since.min())
+            self._changed = self._pushed = True
+            self.simulation.forget_attempts()
+            self.update()
+        return dropped
+
     def take_events(self) -> list[tuple[int, str]]:
         """Return what happened by itself since the last call, as (time in ns, text)."""
         events, self._events = self._events, []
@@ -243,22 +274,3 @@ class Inputs:
         self._since[over] = _NEVER
         self._oldest = int(self._since.min())
         self._changed = self._pushed = True
-
-
-def wrench_frame(frame_id: str, base_frame_id: str) -> str:
-    """Frame of a wrench message: empty or the frame of the poses = "world", "tip" = follower."""
-    if frame_id == TIP:
-        return TIP
-    if frame_id in ("", base_frame_id):
-        return WORLD
-    raise CommandError(
-        EXTERNAL_WRENCH, f"frame {frame_id!r}: expected {base_frame_id!r}, an empty one or {TIP!r}"
-    )
-
-
-def _require_finite(topic: str, labels: Sequence[str], values: np.ndarray) -> None:
-    if not np.isfinite(values).all():
-        which = ", ".join(
-            f"{labels[i]} = {values[i]}" for i in np.flatnonzero(~np.isfinite(values)).tolist()
-        )
-        raise CommandError(topic, "not finite: " + which)

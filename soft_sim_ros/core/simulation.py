@@ -172,6 +172,10 @@ class Simulation:
         state.account[BOOKED] = 0.0
         state.account[REFERENCE] = state.account[[KINETIC, ELASTIC, GRAVITY]].sum()
 
+    def forget_attempts(self) -> None:
+        """Let a step that failed have no influence on the next one: the state alone counts."""
+        forget(self._work)
+
     def _settle(self) -> None:
         """Book the work of the efforts held so far: exact, since they were constant."""
         self._entry.take_stock()

@@ -9,8 +9,10 @@ import numpy as np
 
 from ..errors import SolverError
 from ..scene import Numerics
+from .bounds import Bounds
 from .contract import SAFETY
-from .inputs import Inputs, Order
+from .inputs import Inputs
+from .orders import Order
 from .refinement import Refinement
 from .simulation import Simulation
 
@@ -20,7 +22,7 @@ class WatchedInputs(Inputs):
 
     Parameters
     ----------
-    simulation, command_timeout, ramp : as for Inputs; the scene has a tolerance
+    simulation, command_timeout, ramp, bounds : as for Inputs; the scene has a tolerance
     complain : told once in words when the estimate is beyond the tolerance
 
     Attributes
@@ -36,12 +38,13 @@ class WatchedInputs(Inputs):
         command_timeout: float,
         ramp: float,
         complain: Callable[[str], None] = lambda text: None,
+        bounds: Bounds | None = None,
     ) -> None:
         scene = simulation.scene
         tolerance = scene.numerics.tolerance
         if tolerance is None:
             raise ValueError(f"{scene.name} has no numerics.tolerance")
-        super().__init__(simulation, command_timeout, ramp)
+        super().__init__(simulation, command_timeout, ramp, bounds)
         finer: Numerics = Refinement(scene, tolerance).finer(scene.numerics)
         self.companion = Simulation(replace(scene, numerics=finer))
         self.tolerance, self.error_rel = tolerance, 0.0
@@ -73,6 +76,17 @@ class WatchedInputs(Inputs):
                 f"{self.error_rel:.2g} of the length, more than the tolerance {self.tolerance:g}"
             )
 
+    def withdraw(self) -> list[str]:
+        """Drop what is in force of both; the companion first comes to where the other gave up."""
+        dropped = super().withdraw()
+        if dropped and self.error_rel < np.inf:
+            try:
+                self._shadow.advance(self.simulation.step_index - self.companion.step_index)
+                self._shadow.withdraw()
+            except SolverError:
+                self.error_rel = np.inf
+        return dropped
+
     def reset(self) -> None:
         """Go back to the initial state, both; the estimate begins anew."""
         super().reset()
@@ -86,8 +100,9 @@ def inputs_of(
     command_timeout: float,
     ramp: float,
     complain: Callable[[str], None] = lambda text: None,
+    bounds: Bounds | None = None,
 ) -> Inputs:
     """Return inputs that are watched if the scene has a tolerance, plain ones otherwise."""
     if simulation.scene.numerics.tolerance is None:
-        return Inputs(simulation, command_timeout, ramp)
-    return WatchedInputs(simulation, command_timeout, ramp, complain)
+        return Inputs(simulation, command_timeout, ramp, bounds)
+    return WatchedInputs(simulation, command_timeout, ramp, complain, bounds)

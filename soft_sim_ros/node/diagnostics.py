@@ -9,6 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 
 from soft_sim_ros.core.watch import WatchedInputs
+from soft_sim_ros.foreign import one_line
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.physics import Physics
 from soft_sim_ros.node.rivals import Rivals
@@ -38,7 +39,7 @@ class Diagnostics:
         self._name = f"{node.get_fully_qualified_name().lstrip('/')}: physics"
         self._hardware_id = hardware_id
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._seen = (0, 0, 0)
+        self._seen = (0, 0, 0, 0)
         # A clock of its own: the node's may be the simulated one, which stands still when paused.
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(1.0, self.publish, clock=self._clock)
@@ -50,8 +51,8 @@ class Diagnostics:
         status = DiagnosticStatus(
             level=level,
             name=self._name,
-            message=message,
-            hardware_id=self._hardware_id,
+            message=one_line(message),
+            hardware_id=one_line(self._hardware_id),
             values=[KeyValue(key=key, value=_text(value)) for key, value in values.items()],
         )
         array = DiagnosticArray(status=[status])
@@ -66,8 +67,11 @@ class Diagnostics:
             physics.ran_ns,
             physics.running_ns,
             pacer.overruns,
+            physics.withdrawn,
         )
-        simulated, running, overruns = (n - b for n, b in zip(now, self._seen, strict=True))
+        simulated, running, overruns, withdrawn = (
+            n - b for n, b in zip(now, self._seen, strict=True)
+        )
         self._seen = now
         factor = simulated / running if running > 0 else 0.0
         log = physics.log
@@ -86,6 +90,7 @@ class Diagnostics:
             "commands accepted": self._gate.accepted,
             "commands refused": self._gate.refused,
             "commands clamped": self._gate.clamped,
+            "commands withdrawn": physics.withdrawn,
             "energy residual (J)": physics.residual,
             "recording": log is not None,
             "recorded messages": log.written if log else 0,
@@ -111,6 +116,8 @@ class Diagnostics:
         if watched and not inputs.error_rel <= inputs.tolerance:
             estimate, tolerance = inputs.error_rel, inputs.tolerance
             return values, warn, f"error estimate {estimate:.2g} beyond tolerance {tolerance:g}"
+        if withdrawn:
+            return values, warn, f"the solver gave up {physics.last_error}"
         if rival:
             return values, warn, rival
         if physics.paused:
@@ -124,4 +131,4 @@ class Diagnostics:
 def _text(value: object) -> str:
     if isinstance(value, float):
         return "none" if math.isnan(value) else f"{value:.6g}"
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    return str(value).lower() if isinstance(value, bool) else one_line(value)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 
 import yaml
 
-_FLAG, _ENTRIES = "--params-file", "ros__parameters"
+from soft_sim_ros.foreign import listed, one_line
+from soft_sim_ros.node.start import parameter_files
+
+_ENTRIES = "ros__parameters"
 
 
 def passed_over(args: Sequence[str], node: str) -> Iterator[str]:
@@ -18,14 +20,19 @@ def passed_over(args: Sequence[str], node: str) -> Iterator[str]:
     args : words of the command line, which ROS has accepted
     node : full name of the node, such as ``/left/soft_arm``
     """
-    for flag, file in zip(args, args[1:], strict=False):
-        if flag != _FLAG:
+    for file in parameter_files(args):
+        try:
+            with open(file, "rb") as stream:  # bytes: YAML says itself how they are encoded
+                # The plain loader makes nothing but words, lists and mappings of what is there.
+                names = list(_nodes(yaml.load(stream, Loader=yaml.BaseLoader), ""))
+        except (yaml.YAMLError, ValueError, RecursionError, OSError) as error:
+            what = type(error).__name__
+            yield f"{one_line(file)} cannot be searched for names of nodes ({what})"
             continue
-        with open(file, encoding="utf-8") as stream:
-            names = list(_nodes(yaml.safe_load(stream), ""))
         if names and not any(_matches(name, node) for name in names):
             yield (
-                f"{file} has parameters for {', '.join(names)}, but this node is {node}: "
+                f"{one_line(file)} has parameters for {listed(names, write=one_line)}, "
+                f"but this node is {node}: "
                 "nothing of it is used"
             )
 
@@ -43,6 +50,11 @@ def _nodes(tree: object, above: str) -> Iterator[str]:
 
 def _matches(pattern: str, node: str) -> bool:
     """Whether a name matches, with ``*`` for one part of it and ``**`` for any number of them."""
-    parts = {"*": r"/[^/]+", "**": r"(/[^/]+)*"}
-    words = pattern.strip("/").split("/")
-    return re.fullmatch("".join(parts.get(w, "/" + re.escape(w)) for w in words), node) is not None
+    parts = node.strip("/").split("/")
+    reached = {0}  # how many parts the words so far can stand for
+    for word in pattern.strip("/").split("/"):
+        if word == "**":
+            reached = {i for first in reached for i in range(first, len(parts) + 1)}
+        else:
+            reached = {i + 1 for i in reached if i < len(parts) and word in ("*", parts[i])}
+    return len(parts) in reached

@@ -16,14 +16,19 @@ from rcl_interfaces.msg import (
 from rclpy.parameter import Parameter
 
 from soft_sim_ros.errors import SoftSimError
+from soft_sim_ros.foreign import shown
+from soft_sim_ros.node.clock import FASTEST, SLOWEST
 
 
 class ParameterError(SoftSimError):
-    """One or more parameters cannot be used; the message has one line for each."""
+    """One or more parameters cannot be used; the message has one line for each of the first."""
+
+    _MOST = 20
 
     def __init__(self, lines: list[str]) -> None:
         super().__init__(lines)
-        self.lines = tuple(lines)
+        more = [f"and {len(lines) - self._MOST} more faults"] if len(lines) > self._MOST else []
+        self.lines = (*lines[: self._MOST], *more)
 
     def __str__(self) -> str:
         return "\n".join(self.lines)
@@ -39,6 +44,8 @@ class Row:
     low: float | None = None
     high: float | None = None
     live: bool = False
+    zero: bool = False  # 0 is allowed, too, and means something of its own
+    longest: int = 4096  # characters of a text
 
     @property
     def type_name(self) -> str:
@@ -52,7 +59,10 @@ class Row:
         if self.low is not None and self.high is not None:
             if isinstance(self.default, float):
                 result.floating_point_range = [
-                    FloatingPointRange(from_value=float(self.low), to_value=float(self.high))
+                    FloatingPointRange(
+                        from_value=0.0 if self.zero else float(self.low),
+                        to_value=float(self.high),
+                    )
                 ]
             else:
                 result.integer_range = [
@@ -66,11 +76,16 @@ class Row:
         if kind is float and type(value) is int:
             value = float(value)
         if type(value) is not kind:
-            raise ValueError(f"{self.name} = {value!r}: expected {self.type_name}")
+            raise ValueError(f"{self.name} = {shown(value)}: expected {self.type_name}")
+        if isinstance(value, str) and not (len(value) <= self.longest and value.isprintable()):
+            expected = f"at most {self.longest} characters, all printable"
+            raise ValueError(f"{self.name} = {shown(value)}: expected {expected}")
         if self.low is not None and self.high is not None:
             assert isinstance(value, int | float)
-            if not (math.isfinite(value) and self.low <= value <= self.high):
-                raise ValueError(f"{self.name} = {value!r}: expected {self.low:g} to {self.high:g}")
+            fits = math.isfinite(value) and self.low <= value <= self.high
+            if not (fits or self.zero and value == 0):
+                expected = f"{'0, or ' if self.zero else ''}{self.low:g} to {self.high:g}"
+                raise ValueError(f"{self.name} = {value!r}: expected {expected}")
         return value  # type: ignore[return-value]
 
 
@@ -81,24 +96,27 @@ TABLE = (
         "real_time_factor",
         1.0,
         "simulated seconds per second; 0 = as fast as possible",
-        0.0,
-        1000.0,
+        SLOWEST,
+        FASTEST,
         live=True,
+        zero=True,
     ),
     Row("publish_rate", 100.0, "state messages per simulated second, Hz", 0.1, 10000.0),
     Row(
         "control_rate",
         250.0,
         "how often commands are taken up, per simulated second, Hz; 0 = every step",
-        0.0,
+        0.1,
         100000.0,
+        zero=True,
     ),
     Row(
         "command_timeout",
         1.0,
         "simulated seconds for which a command is held; 0 = for ever",
-        0.0,
+        1.0e-3,
         1.0e6,
+        zero=True,
     ),
     Row(
         "command_ramp",
@@ -107,7 +125,28 @@ TABLE = (
         0.0,
         1.0e6,
     ),
-    Row("frame_id", "world", "frame of poses, and of external wrenches that do not say 'tip'"),
+    Row(
+        "force_limit",
+        0.0,
+        "N to which the force of an external wrench is cut; 0 = what follows from the arm",
+        1.0e-9,
+        1.0e12,
+        zero=True,
+    ),
+    Row(
+        "moment_limit",
+        0.0,
+        "N·m to which its moment is cut; 0 = what follows from the arm",
+        1.0e-9,
+        1.0e12,
+        zero=True,
+    ),
+    Row(
+        "frame_id",
+        "world",
+        "frame of poses, and of external wrenches that do not say 'tip'",
+        longest=255,
+    ),
     Row("poses", 51, "number of backbone poses, base to tip", 2, 10000),
     Row("publish_clock", True, "publish /clock: exactly one node of a graph may own time"),
     Row("publish_tf", False, "publish the tip frame on /tf (needs tf2_msgs)"),
@@ -118,7 +157,7 @@ TABLE = (
 ROWS = {row.name: row for row in TABLE}
 # Overrides under these names belong to rclpy itself.
 _RCLPY = ("use_sim_time", "start_type_description_service")
-_QOS = "qos_overrides."
+QOS = "qos_overrides."
 
 
 class Settings(SimpleNamespace):
@@ -128,11 +167,13 @@ class Settings(SimpleNamespace):
 def declare(node) -> Settings:
     """Declare the table on ``node``, give the values; all faults come in one ParameterError."""
     overrides = {name: p.value for name, p in node._parameter_overrides.items()}
-    faults = [
-        _unknown(name)
+    unknown = [
+        name
         for name in overrides
-        if name not in ROWS and name not in _RCLPY and not name.startswith(_QOS)
+        if name not in ROWS and name not in _RCLPY and not name.startswith(QOS)
     ]
+    # The nearest name costs time, and the first faults only are said.
+    faults = [_unknown(name) for name in unknown[:20]] + unknown[20:]
     values = {}
     for row in TABLE:
         try:
@@ -151,18 +192,6 @@ def declare(node) -> Settings:
         node.declare_parameter(row.name, values[row.name], row.descriptor(), ignore_override=True)
     node.add_pre_set_parameters_callback(_whole_numbers_are_numbers)
     return Settings(**values)
-
-
-def check_qos_overrides(node) -> None:
-    """Refuse ``qos_overrides`` of topics or policies that this node does not offer."""
-    known = [name for name in node._parameters if name.startswith(_QOS)]
-    faults = [
-        _unknown(name, known)
-        for name in node._parameter_overrides
-        if name.startswith(_QOS) and name not in known
-    ]
-    if faults:
-        raise ParameterError(faults)
 
 
 def on_change(node, apply) -> None:
@@ -198,7 +227,7 @@ def _whole_numbers_are_numbers(parameters: list[Parameter]) -> list[Parameter]:
     ]
 
 
-def _unknown(name: str, known: list[str] | None = None) -> str:
-    near = difflib.get_close_matches(name, known or [*ROWS, *_RCLPY], n=1, cutoff=0.0)
+def _unknown(name: str) -> str:
+    near = difflib.get_close_matches(name[:200], [*ROWS, *_RCLPY], n=1, cutoff=0.0)
     hint = f"; the nearest known one is {near[0]!r}" if near else ""
-    return f"unknown parameter {name!r}{hint}"
+    return f"unknown parameter {shown(name, 200)}{hint}"

@@ -5,43 +5,24 @@ from __future__ import annotations
 import threading
 import time
 import traceback
-from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
-from soft_sim_ros.core.inputs import Inputs, Order
+from soft_sim_ros.core.inputs import Inputs
+from soft_sim_ros.core.orders import Order
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.node.clock import Grid, Pacer
+from soft_sim_ros.node.commands import Throttle
+from soft_sim_ros.node.inbox import Answer, Inbox
+from soft_sim_ros.node.outlet import Outlet
 from soft_sim_ros.node.timing import StepCosts
 from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import LEDGER
 
-Answer = tuple[bool, str]
 _RESIDUAL = LEDGER.index("residual")
 _LEDGER_PERIOD_NS = 500_000_000
-
-
-class Outlet(Protocol):
-    """Where messages go while somebody listens."""
-
-    def wanted(self, key: str) -> bool:
-        """Whether anybody listens to this topic."""
-
-    def send(self, key: str, data: bytes) -> None:
-        """Publish the bytes of one message."""
-
-    def tick(self, time_ns: int) -> None:
-        """Say that everything up to this simulation time has been sent."""
-
-
-@dataclass
-class _Request:
-    action: Callable[[], Answer]
-    answer: Answer = (False, "the simulation has ended")
-    done: threading.Event = field(default_factory=threading.Event)
+_SHAKEN_NS = 1_000_000_000
 
 
 class Physics:
@@ -92,13 +73,16 @@ class Physics:
         self.diverged: str | None = None
         self.last_error: str | None = None
         self.failure: str | None = None
+        self.withdrawn = 0  # times that commands were taken back
         self.residual = 0.0
         self.ran_ns = self.running_ns = 0  # simulated and real time while not paused
         self._builders = [(t.key, getattr(telemetry, t.key)) for t in telemetry.topics]
         self._exit_on_error, self._complain = exit_on_error, complain
-        self._inbox: deque[_Request | tuple[str, Order, bytes]] = deque()
-        self._wake = threading.Event()
+        self._moan = Throttle(complain)
+        self._inbox = Inbox()
         self._stop = threading.Event()
+        self._sent = -1  # index of the step whose state was sent last
+        self._shaken_until_ns = 0  # simulated: until then a withdrawn command may be the cause
         self._ledger_due_ns = 0
         self._log_trouble = (False, False)
         self._thread = threading.Thread(target=self._main, name="physics", daemon=True)
@@ -112,7 +96,7 @@ class Physics:
     def stop(self) -> None:
         """Ask the thread to end after the step it is in; safe in a signal handler."""
         self._stop.set()
-        self._wake.set()
+        self._inbox.wake.set()
 
     def join(self) -> None:
         """Wait for the end of the thread."""
@@ -130,11 +114,15 @@ class Physics:
         last = self.inputs.last_order_ns
         return np.nan if last is None else (self.simulation.time_ns - last) * 1e-9
 
-    def submit(self, key: str, order: Order, data: bytes) -> None:
-        """Queue an order with the bytes of its message, for the next instant of control."""
-        self._inbox.append((key, order, data))
+    def submit(self, key: str, order: Order, data: bytes) -> bool:
+        """Queue an order with the bytes of its message, for the next instant of control.
+
+        False if too many wait already: then it is not queued.
+        """
+        taken = self._inbox.submit(key, order, data)
         if self.paused:  # a pause that begins now finds the order in the queue
-            self._wake.set()
+            self._inbox.wake.set()
+        return taken
 
     def pause(self, pause: bool) -> Answer:
         """Stop at the next instant of control, or go on; the answer comes when it is done."""
@@ -149,13 +137,7 @@ class Physics:
         return self._ask(self._reset)
 
     def _ask(self, action: Callable[[], Answer]) -> Answer:
-        request = _Request(action)
-        self._inbox.append(request)
-        self._wake.set()
-        while not request.done.wait(0.1):
-            if not self.alive:
-                break
-        return request.answer
+        return self._inbox.ask(action, self._thread.is_alive)
 
     # In the thread.
 
@@ -169,44 +151,39 @@ class Physics:
 
     def _run(self) -> None:
         self._emit()
-        before = time.monotonic_ns()
+        before, counted_ns = time.monotonic_ns(), self.simulation.time_ns
         while not self._stop.is_set():
-            self._take_up()
-            if self.paused:
-                self._wake.wait()
-                self._wake.clear()
-                before = time.monotonic_ns()
-                continue
-            start_ns = self.simulation.time_ns
-            if self._advance(self.grid.steps_from(self.simulation.step_index)):
-                self.pacer.wait(self.simulation.time_ns, self._in_a_hurry)
-                if self.simulation.step_index % self.grid.publish == 0:
-                    self._emit()
-            now = time.monotonic_ns()
+            # A state is computed ahead of its time and sent when it is due. A request need not wait
+            # for that, an order does: neither of them lets the next step begin early.
+            due = not self.paused and self.pacer.wait(self.simulation.time_ns, self._interrupted)
+            now, time_ns = time.monotonic_ns(), self.simulation.time_ns
             self.running_ns += now - before
-            self.ran_ns += self.simulation.time_ns - start_ns
             before = now
+            if due:
+                self.ran_ns += time_ns - counted_ns
+                counted_ns = time_ns
+                index = self.simulation.step_index
+                if index % self.grid.publish == 0 and index != self._sent:
+                    self._emit()
+            self._inbox.empty(self._take)
+            if self.paused:
+                self._inbox.wake.wait()
+                self._inbox.wake.clear()
+                before, counted_ns = time.monotonic_ns(), self.simulation.time_ns
+            elif due:
+                self._advance(self.grid.steps_from(self.simulation.step_index))
         self._look_at_ledger()
 
-    def _in_a_hurry(self) -> bool:
-        return bool(self._inbox) or self._stop.is_set()
+    def _interrupted(self) -> bool:
+        return self._inbox.asked.is_set() or self._stop.is_set()
 
-    def _take_up(self) -> None:
-        while self._inbox:
-            item = self._inbox.popleft()
-            if isinstance(item, _Request):
-                try:
-                    item.answer = item.action()
-                finally:
-                    item.done.set()
-            else:
-                key, order, data = item
-                self.inputs.take(order)
-                if self.log is not None:
-                    self.log.write(key, self.simulation.time_ns, data)
+    def _take(self, key: str, order: Order, data: bytes) -> None:
+        self.inputs.take(order)
+        if self.log is not None:
+            self.log.write(key, self.simulation.time_ns, data)
 
     def _advance(self, steps: int) -> bool:
-        """Advance by ``steps``; False if the solver gave up at the last good state."""
+        """Advance by ``steps``, or less where commands are withdrawn; False if that ended it."""
         first = self.simulation.step_index
         begin = time.perf_counter_ns()
         error = None
@@ -220,9 +197,35 @@ class Physics:
             self.costs.add(made, end - begin, self.simulation.time_ns)
         for time_ns, text in self.inputs.take_events():
             self._event(text, time_ns)
-        if error is not None:
-            self._give_up(error)
-        return error is None
+        if error is None or self._recover(error):
+            return True
+        self._give_up(error)
+        return False
+
+    def _recover(self, error: Diverged) -> bool:
+        """Go on without the commands that stopped the solver, if there are any.
+
+        They are taken back; should what they did to the arm still be too much, it starts anew.
+        """
+        time_ns, done = self.simulation.time_ns, ""
+        if dropped := ", ".join(self.inputs.withdraw()):
+            done = f"withdrawn: {dropped}"
+            self._event(done)
+            self._shaken_until_ns = time_ns + _SHAKEN_NS
+        elif time_ns < self._shaken_until_ns:
+            done = "back to the initial state"
+            self._start_anew()
+        if done:
+            self.withdrawn += 1
+            self.last_error = f"{error}; {done}"
+            self._moan(f"the solver gave up {self.last_error}", done[:9])
+        return bool(done)
+
+    def _start_anew(self) -> None:
+        self.inputs.reset()
+        self._shaken_until_ns = 0
+        self._event("reset")
+        self._emit()
 
     def _give_up(self, error: Diverged) -> None:
         self.diverged = self.last_error = str(error)
@@ -240,7 +243,7 @@ class Physics:
 
     def _emit(self) -> None:
         """Send and record the present state: build nothing that nobody wants."""
-        time_ns = self.simulation.time_ns
+        self._sent, time_ns = self.simulation.step_index, self.simulation.time_ns
         for key, build in self._builders:
             wanted = self.outlet.wanted(key)
             if wanted or self.log is not None:
@@ -286,7 +289,7 @@ class Physics:
         if pause:
             self._emit()
         self._event("pause" if pause else "resume")
-        self.pacer.restart()
+        self.pacer.restart(self.simulation.time_ns)
         return True, f"{'paused' if pause else 'running'} at t = {self.simulation.time:.9g} s"
 
     def _single_steps(self, steps: int) -> Answer:
@@ -308,12 +311,10 @@ class Physics:
         return True, f"{steps} steps, now at t = {self.simulation.time:.9g} s"
 
     def _reset(self) -> Answer:
-        self.inputs.reset()
         was_diverged, self.diverged = self.diverged is not None, None
-        self._event("reset")
-        self._emit()
+        self._start_anew()
         if was_diverged:
             self.paused = False
             self._event("resume")
-        self.pacer.restart()
+        self.pacer.restart(self.simulation.time_ns)
         return True, f"initial state at t = {self.simulation.time:.9g} s"

@@ -7,7 +7,9 @@ import time
 from collections.abc import Callable
 from contextlib import contextmanager
 
+from soft_sim_ros.core.compilation import compilations
 from soft_sim_ros.core.contract import choose, draft
+from soft_sim_ros.core.modes import long_step
 from soft_sim_ros.core.refinement import words
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.node.parameters import Settings
@@ -15,36 +17,42 @@ from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.scene import Scene
 
 
-def warm_up(scene: Scene, settings: Settings, say) -> Simulation:
-    """Compile everything the run needs with another arm, and return that."""
-    with _patience(say, "compiling the kernels (kept for the next start)"):
+def warm_up(scene: Scene, settings: Settings, say) -> str | None:
+    """Compile everything the run needs with another arm; return what is doubtful about its step."""
+
+    def what() -> str:
+        if compiled.going_on():
+            return f"compiling kernels (kept for the next start), {len(compiled.names)} so far"
+        return "loading the kernels"
+
+    with compilations() as compiled, _patience(say, what):
         arm = Simulation(draft(scene))
         arm.advance(1)
         telemetry = Telemetry(arm, settings.poses, settings.frame_id, "/warm_up")
         for one in telemetry.topics:
             getattr(telemetry, one.key)()
-    return arm
+        return long_step(arm.dynamics, arm.q, arm.scene.numerics)
 
 
 def simulation_of(scene: Scene, say: Callable[[str], None]) -> Simulation:
     """Make the simulation; say what is chosen where the scene leaves something free."""
     if not scene.numerics.free:
         return Simulation(scene)
-    with _patience(say, "choosing what meets the tolerance"):
+    with _patience(say, lambda: "choosing what meets the tolerance"):
         choice = choose(scene)
     say(f"meets the tolerance in a probe: {words(choice.scene.numerics)}")
     return Simulation(choice.scene)
 
 
 @contextmanager
-def _patience(say, what: str, period: float = 5.0):
+def _patience(say, what: Callable[[], str], period: float = 5.0):
     """Say every few seconds what is being waited for."""
     done = threading.Event()
     begin = time.monotonic()
 
     def report() -> None:
         while not done.wait(period):
-            say(f"{what}: {time.monotonic() - begin:.0f} s")
+            say(f"{what()}: {time.monotonic() - begin:.0f} s")
 
     reporter = threading.Thread(target=report, daemon=True)
     reporter.start()

@@ -5,43 +5,17 @@ from __future__ import annotations
 from collections import Counter
 from importlib import import_module
 
-from rclpy.qos import (
-    DurabilityPolicy,
-    HistoryPolicy,
-    QoSPolicyKind,
-    QoSProfile,
-    ReliabilityPolicy,
-)
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from rosgraph_msgs.msg import Clock
 
+from soft_sim_ros.node.quality import OVERRIDABLE, qos_profile
 from soft_sim_ros.recording.cdr import ClockBuffer
 from soft_sim_ros.recording.topics import Qos, Topic
-
-# What a user may choose per topic, as parameters qos_overrides.<topic>.publisher.<policy>.
-_POLICIES = (
-    QoSPolicyKind.RELIABILITY,
-    QoSPolicyKind.DEPTH,
-    QoSPolicyKind.HISTORY,
-    QoSPolicyKind.DURABILITY,
-)
-OVERRIDABLE = QoSOverridingOptions(policy_kinds=_POLICIES)
 
 
 def message_class(type_name: str):
     """Class of a message type such as ``geometry_msgs/msg/PoseArray``."""
     package, _, name = type_name.split("/")
     return getattr(import_module(f"{package}.msg"), name)
-
-
-def qos_profile(qos: Qos) -> QoSProfile:
-    """ROS profile of a recorded or planned quality of service."""
-    return QoSProfile(
-        depth=qos.depth,
-        history=HistoryPolicy[qos.history.upper()],
-        reliability=ReliabilityPolicy[qos.reliability.upper()],
-        durability=DurabilityPolicy[qos.durability.upper()],
-    )
 
 
 def offered(publisher, topic: Topic) -> Topic:

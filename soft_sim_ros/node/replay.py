@@ -16,16 +16,19 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from soft_sim_ros.errors import SoftSimError
-from soft_sim_ros.node.clock import Pacer
-from soft_sim_ros.node.publishers import message_class, qos_profile
+from soft_sim_ros.foreign import one_line, shown
+from soft_sim_ros.node.clock import FASTEST, SLOWEST, Pacer
+from soft_sim_ros.node.publishers import message_class
+from soft_sim_ros.node.quality import qos_profile
 from soft_sim_ros.node.signals import Signals, Stopped
-from soft_sim_ros.node.start import start
+from soft_sim_ros.node.start import Parser, asking_ros, start
 from soft_sim_ros.recording.cdr import ClockBuffer
 from soft_sim_ros.recording.reader import LoggedMessage, Run, read_run
 from soft_sim_ros.recording.topics import INPUTS, Qos, resolve
 
 NAME = "replay"
 _BREATH = 0.001  # s between instants at rate 0: queues are short and subscribers need the time
+_LONGEST = 3600.0  # s of delay
 _PATIENCE = 2.0  # s, at the end, with reliable subscribers that have not yet answered
 
 
@@ -36,12 +39,13 @@ def main(args: list[str] | None = None) -> int:
         try:
             options = start(_parser(), args)
             run = read_run(options.directory)
-            node = Node(NAME)
-            player = Player(node, run, options.rate, options.with_commands)
+            with asking_ros("cannot start the node"):
+                node = Node(NAME)
+                player = Player(node, run, options.rate, options.with_commands)
             signals.when_stopped(player.stop)
             return player.play(options.delay, options.loop)
         except SoftSimError as error:
-            print(f"{NAME}: {error}", file=sys.stderr)
+            print(f"{NAME}: {one_line(error)}", file=sys.stderr)
             return 2
         except Stopped:
             return 0
@@ -88,12 +92,12 @@ class Player:
         """Replay once, or until stopped; prints what was sent."""
         log = self._node.get_logger()
         run = self._run
-        log.info(f"{run.path}: {run.duration:.3f} s from t = {run.start:.3f} s")
+        log.info(f"{one_line(run.path)}: {run.duration:.3f} s from t = {run.start:.3f} s")
         self._stop.wait(delay)  # for subscribers to find the publishers
         begin = time.monotonic()
         passes = 0
         while not self._stop.is_set():
-            self._pacer.restart()
+            self._pacer.begin()
             self._once()
             passes += 1
             if not loop:
@@ -101,7 +105,7 @@ class Player:
         elapsed = time.monotonic() - begin
         self._let_them_arrive()
         for topic in self._publishers:
-            log.info(f"{self.sent[topic]:8d}  {topic}")
+            log.info(f"{self.sent[topic]:8d}  {one_line(topic)}")
         stopped = "stopped" if self._stop.is_set() else "done"
         total = sum(self.sent.values())
         log.info(f"{stopped}: {total} messages, {passes} passes, {elapsed:.3f} s")
@@ -142,8 +146,8 @@ def command_topics(run: Run) -> set[str]:
     return {resolve(name, node) for name, _, _ in INPUTS.values()}
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog=NAME,
         description="Republish a recording with its types, quality of service and timing, "
         "and drive /clock.",
@@ -153,6 +157,7 @@ def _parser() -> argparse.ArgumentParser:
         "--rate",
         type=_rate,
         default=1.0,
+        metavar="R",
         help="recorded seconds per second; 0 = as fast as possible (default 1)",
     )
     parser.add_argument("--loop", action="store_true", help="begin again at the end")
@@ -161,7 +166,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--delay",
-        type=_rate,
+        type=_delay,
         default=2.0,
         metavar="S",
         help="seconds left to subscribers for finding the topics (default 2)",
@@ -170,7 +175,22 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _rate(text: str) -> float:
-    value = float(text)
-    if not 0.0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text}: expected a finite number, zero or more")
-    return value
+    value = _number(text)
+    if value == 0.0 or SLOWEST <= value <= FASTEST:
+        return value
+    raise argparse.ArgumentTypeError(f"{shown(text)}: expected 0, or {SLOWEST:g} to {FASTEST:g}")
+
+
+def _delay(text: str) -> float:
+    value = _number(text)
+    if 0.0 <= value <= _LONGEST:
+        return value
+    raise argparse.ArgumentTypeError(f"{shown(text)}: expected 0 to {_LONGEST:g} s")
+
+
+def _number(text: str) -> float:
+    """Return the number a text means; one that fits nowhere if it means none."""
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from std_srvs.srv import SetBool, Trigger
 
-from soft_sim_ros.node.physics import Answer, Physics
+from soft_sim_ros.node.inbox import Answer
+from soft_sim_ros.node.physics import Physics
 
 
 class Services:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import gc
 import sys
 from collections.abc import Callable
@@ -12,25 +11,28 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from soft_sim_ros.core.modes import long_step
+from soft_sim_ros.core.bounds import Bounds
 from soft_sim_ros.core.watch import inputs_of
 from soft_sim_ros.errors import SoftSimError
+from soft_sim_ros.foreign import one_line, shown
+from soft_sim_ros.node.arguments import check_assignments, parser
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
 from soft_sim_ros.node.parameter_files import passed_over
-from soft_sim_ros.node.parameters import TABLE, Settings, check_qos_overrides, declare, on_change
+from soft_sim_ros.node.parameters import ParameterError, Settings, declare, on_change
 from soft_sim_ros.node.physics import Physics
 from soft_sim_ros.node.prepare import simulation_of, warm_up
-from soft_sim_ros.node.publishers import OVERRIDABLE, Publishers, message_class, qos_profile
+from soft_sim_ros.node.publishers import Publishers, message_class
+from soft_sim_ros.node.quality import OVERRIDABLE, check_overrides, qos_profile
 from soft_sim_ros.node.rivals import Rivals
 from soft_sim_ros.node.services import Services
 from soft_sim_ros.node.signals import Signals, Stopped
-from soft_sim_ros.node.start import StartError, start
+from soft_sim_ros.node.start import StartError, asking_ros, start
 from soft_sim_ros.node.summary import summarise, write_summary
 from soft_sim_ros.node.tip_frame import TipFrame
 from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import EVENTS, INPUTS, Topic, output_topics, topic
+from soft_sim_ros.recording.topics import EVENTS, INPUTS, OUTPUTS, Topic, output_topics, topic
 from soft_sim_ros.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -48,11 +50,11 @@ def main(args: list[str] | None = None) -> int:
     args = list(sys.argv[1:] if args is None else args)
     with Signals() as signals:
         try:
-            _check_assignments(args)
-            start(_parser(), args)
+            check_assignments(args)
+            start(parser(), args)
             return _run(signals, args)
         except StartError as error:
-            print(f"{NAME}: {error}", file=sys.stderr)
+            print(f"{NAME}: {one_line(error)}", file=sys.stderr)
             return MISUSED
         except Stopped as signal:
             print(f"{NAME}: stopped by {signal} before it was ready", file=sys.stderr)
@@ -61,38 +63,20 @@ def main(args: list[str] | None = None) -> int:
             rclpy.try_shutdown()
 
 
-def _check_assignments(args: list[str]) -> None:
-    """Refuse NAME:=VALUE of a parameter without -p: rcl would take it for a remapping."""
-    names = {row.name for row in TABLE}
-    for before, word in zip(["", *args], args, strict=False):
-        if word.split(":=")[0] in names and ":=" in word and before not in ("-p", "--param"):
-            raise StartError(f"{word} changes nothing; did you mean --ros-args -p {word}?")
-
-
-def _parser() -> argparse.ArgumentParser:
-    rows = "\n".join(f"  {row.name:17} {row.default!r:11} {row.description}" for row in TABLE)
-    return argparse.ArgumentParser(
-        prog="simulate",
-        usage="%(prog)s [-h] [--ros-args -p NAME:=VALUE -r __ns:=/NAME …]",
-        description=f"Run the simulator node until it is stopped.\n\n"
-        f"Parameters, with their defaults:\n{rows}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-
-
 def _run(signals: Signals, args: list[str]) -> int:
-    node = Node(NAME)
+    with asking_ros("cannot start the node"):
+        node = Node(NAME)
     log = node.get_logger()
     try:
         for text in passed_over(args, node.get_fully_qualified_name()):
             log.warning(text)
         settings = declare(node)
+        _check_qualities(node, settings)
         scene = load_scene(settings.scene)
-        log.info(f"starting {scene.name!r} of {scene.file}")
         arm = Arm(node, scene, settings, signals.hold)
     except SoftSimError as error:
-        for line in str(error).splitlines():
-            log.fatal(line)
+        for line in error.lines if isinstance(error, ParameterError) else (error,):
+            log.fatal(one_line(line))
         node.destroy_node()
         return MISUSED
     signals.when_stopped(arm.physics.stop)
@@ -102,6 +86,13 @@ def _run(signals: Signals, args: list[str]) -> int:
         code = arm.close(signals.received or "an error")
         node.destroy_node()
     return code
+
+
+def _check_qualities(node: Node, settings: Settings) -> None:
+    """Refuse overrides of qualities of service, of what will be published and subscribed to."""
+    clock = ["/clock"] if settings.publish_clock else []
+    published = [name for name, _, _ in (*OUTPUTS.values(), *EVENTS.values())]
+    check_overrides(node, published + clock, [name for name, _, _ in INPUTS.values()])
 
 
 class Arm:
@@ -124,26 +115,36 @@ class Arm:
     ):
         self.node, self.settings = node, settings
         prefix = node.get_fully_qualified_name()
-        # The graph comes first: others find it meanwhile, and what is wrong is said at once.
-        self.publishers = Publishers(
-            node,
-            (*output_topics(prefix), *(topic(key, prefix) for key in EVENTS)),
-            settings.publish_clock,
-        )
         inputs = tuple(topic(key, prefix) for key in INPUTS)
-        self._subscriptions = [self._subscribe(one) for one in inputs]
-        check_qos_overrides(node)
+        # The graph comes first: others find it meanwhile, and what is wrong is said at once.
+        with asking_ros("cannot publish or subscribe"):
+            self.publishers = Publishers(
+                node,
+                (*output_topics(prefix), *(topic(key, prefix) for key in EVENTS)),
+                settings.publish_clock,
+            )
+            self._subscriptions = [self._subscribe(one) for one in inputs]
         if settings.publish_tf:
             tip = TipFrame(node, settings.frame_id, lambda: self.telemetry.tip_pose())
             self.publishers.after_tick.append(tip.send)
-        self._spare = warm_up(scene, settings, node.get_logger().info)
+        log = node.get_logger()
+        log.info(f"starting {shown(scene.name)} of {one_line(scene.file)}")
+        doubt = warm_up(scene, settings, node.get_logger().info)
+        if doubt:
+            log.warning(doubt)
         hold_signals()  # from here on there is a recording to be closed
         self.simulation = simulation_of(scene, node.get_logger().info)
         self.inputs = inputs_of(
             self.simulation,
             settings.command_timeout,
             settings.command_ramp,
-            node.get_logger().warning,
+            log.warning,
+            Bounds.of_arm(
+                self.simulation.scene,
+                self.simulation.length,
+                settings.moment_limit,
+                settings.force_limit,
+            ),
         )
         self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
         self.gate = Gate(self.inputs, settings.frame_id, self._submit, node.get_logger().warning)
@@ -159,7 +160,8 @@ class Arm:
             exit_on_error=settings.exit_on_error,
             complain=node.get_logger().error,
         )
-        self.services = Services(node, self.physics, settings.step_count)
+        with asking_ros("cannot offer services"):
+            self.services = Services(node, self.physics, settings.step_count)
         rivals = Rivals(
             node,
             self.publishers.topic_name("backbone"),
@@ -178,7 +180,6 @@ class Arm:
         gc.enable()
         self.physics.start()
         self._say_ready()
-        self._doubt_step()
         while self.physics.alive:
             executor.spin_once(timeout_sec=0.1)
         executor.shutdown()
@@ -203,9 +204,10 @@ class Arm:
             try:
                 write_summary(self.settings.record, summary)
             except OSError as error:
-                log.error(f"no summary: {error}")
+                log.error(f"no summary: {one_line(error)}")
             lost = f", {self.log.dropped} dropped" if self.log.dropped else ""
-            words.append(f"{self.log.written} messages recorded in {self.settings.record}{lost}")
+            where = one_line(self.settings.record)
+            words.append(f"{self.log.written} messages recorded in {where}{lost}")
             if self.log.error:
                 words.append(f"recording error: {self.log.error}")
         lossy = self.log is not None and (self.log.dropped > 0 or self.log.error is not None)
@@ -226,12 +228,12 @@ class Arm:
         return BagWriter(
             self.settings.record,
             topics,
-            metadata=run_metadata(self.settings, prefix),
+            metadata=run_metadata(self.settings, prefix) | self.inputs.bounds.facts(),
             attachments={"scene.yaml": scene.source.encode()},
         )
 
-    def _submit(self, key, order, data) -> None:
-        self.physics.submit(key, order, data)
+    def _submit(self, key, order, data) -> bool:
+        return self.physics.submit(key, order, data)
 
     def _subscribe(self, one):
         return self.node.create_subscription(
@@ -264,21 +266,15 @@ class Arm:
         elif name == "step_count":
             self.services.step_count = value
 
-    def _doubt_step(self) -> None:
-        """Warn of a step that is much too long; with an arm that no other thread looks at."""
-        spare = self._spare
-        if doubt := long_step(spare.dynamics, spare.q, spare.scene.numerics):
-            self.node.get_logger().warning(doubt)
-
     def _say_ready(self) -> None:
         s, simulation = self.settings, self.simulation
         pace = f"{s.real_time_factor:g} x real time" if s.real_time_factor else "as fast as it can"
         self.node.get_logger().info(
-            f"ready: scene {simulation.scene.name!r}, {simulation.n_coordinates} coordinates, "
+            f"ready: scene {shown(simulation.scene.name)}, {simulation.n_coordinates} coordinates, "
             f"actuators {', '.join(simulation.actuator_names) or 'none'}; "
             f"step {simulation.step_ns * 1e-9:g} s, {pace}, "
             f"{'paused' if s.start_paused else 'running'}; "
-            f"recording {'to ' + s.record if s.record else 'off'}"
+            f"recording {'to ' + one_line(s.record) if s.record else 'off'}"
         )
 
 

@@ -1,0 +1,18 @@
+"""What the physics thread needs of whoever publishes its messages."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+
+class Outlet(Protocol):
+    """Where messages go while somebody listens."""
+
+    def wanted(self, key: str) -> bool:
+        """Whether anybody listens to this topic."""
+
+    def send(self, key: str, data: bytes) -> None:
+        """Publish the bytes of one message."""
+
+    def tick(self, time_ns: int) -> None:
+        """Say that everything up to this simulation time has been sent."""
