@@ -3,6 +3,18 @@
 from __future__ import annotations
 
 
+def printable(text: str) -> str:
+    """Give a text from outside as a terminal, a page or a picture can show it.
+
+    Control characters, which could rewrite what stands there, become ``\\x1b`` and the like; ends of
+    lines and tabs stay.
+    """
+    if text.isprintable():
+        return text
+    shown = (c if c in "\n\t" or c.isprintable() else ascii(c)[1:-1] for c in text)
+    return "".join(shown)
+
+
 class SoftSimError(Exception):
     """Base of all errors of this package."""
 
@@ -217,6 +229,24 @@ class RecordingError(SoftSimError):
 
 class TornRecording(RecordingError):
     """A recording that was never closed: its end is missing, its beginning may be readable."""
+
+
+class UnfitFile(SoftSimError):
+    """A file from outside is not what can be read: of another kind, too large, or not text.
+
+    Parameters
+    ----------
+    path : the file
+    found, expected : what it is, and what it should be
+    """
+
+    def __init__(self, path: object, found: str, expected: str) -> None:
+        super().__init__(str(path), found, expected)
+        self.path, self.found, self.expected = str(path), found, expected
+
+    def __str__(self) -> str:
+        """Put it in a sentence."""
+        return f"{self.path} {self.found}: expected {self.expected}"
 
 
 class CommandError(SoftSimError):
