@@ -6,8 +6,8 @@ from __future__ import annotations
 def printable(text: str) -> str:
     """Give a text from outside as a terminal, a page or a picture can show it.
 
-    Control characters, which could rewrite what stands there, become ``\\x1b`` and the like; ends of
-    lines and tabs stay.
+    Control characters, which could rewrite what stands there, become ``\\x1b`` and the like; ends
+    of lines and tabs stay.
     """
     if text.isprintable():
         return text

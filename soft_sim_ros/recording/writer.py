@@ -34,8 +34,8 @@ class BagWriter:
     ``write`` puts a message into a queue and returns at once. While the disk fails or lags, the
     queue fills; what no longer fits is dropped and counted. When the disk works again, the queue
     goes to it and the recording goes on. No error of the disk ever reaches the caller of
-    ``write``; the last one is kept in ``error``. If somebody deletes or moves the file that is being
-    written, nothing more is recorded: ``recording`` says so, and everything after it is counted.
+    ``write``; the last one is kept in ``error``. If somebody deletes or moves the file that is
+    being written, nothing more is recorded: ``recording`` says so, and what follows is counted.
 
     Parameters
     ----------
