@@ -1,8 +1,8 @@
 """Ctrl-C, SIGTERM and SIGHUP: what is being written is closed before the program ends.
 
-A closed terminal and a lost ssh send SIGHUP, ``systemd`` and ``docker stop`` send SIGTERM. All three
-raise an exception where the program stands, so that whatever has a file open closes it; only what
-must not be torn is left to finish.
+A closed terminal and a lost ssh send SIGHUP, ``systemd`` and ``docker stop`` send SIGTERM. All
+three raise an exception where the program stands, so that whatever has a file open closes it; only
+what must not be torn is left to finish.
 """
 
 from __future__ import annotations

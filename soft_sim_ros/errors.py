@@ -6,7 +6,7 @@ from __future__ import annotations
 def printable(text: str) -> str:
     """Give a text from outside as a terminal, a page or a picture can show it.
 
-    Control characters, which could rewrite what stands there, become ``\\x1b`` and the like; ends
+    Control characters, which could rewrite what stands there, are written out as Python does; ends
     of lines and tabs stay.
     """
     if text.isprintable():

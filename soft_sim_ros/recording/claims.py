@@ -17,8 +17,10 @@ from typing import Any
 
 import yaml
 
-from soft_sim_ros.errors import RecordingError, UnfitFile, printable
+from soft_sim_ros.errors import RecordingError, SceneError, UnfitFile, printable
 from soft_sim_ros.files import read_bytes
+from soft_sim_ros.scene.document import Document
+from soft_sim_ros.scene.edit import child
 
 MOST_POSES = 10_000
 MOST_JSON = 16_000_000  # bytes of a summary
@@ -154,6 +156,15 @@ def _number(
     return value
 
 
+def scene_name(text: str) -> str | None:
+    """Return the name that the text of a scene gives it; None if it gives none, or is no scene."""
+    try:
+        found = child(Document.parse(text, "scene.yaml").root, "name")
+    except SceneError:
+        return None  # it could be simulated once: a scene of a later version, or damaged
+    return str(found.value) if isinstance(found, yaml.ScalarNode) else None
+
+
 def machine(path: object, attachments: Mapping[str, bytes]) -> dict[str, str]:
     """Return the facts of the machine, those that are texts; nothing if none are inside.
 
@@ -163,7 +174,7 @@ def machine(path: object, attachments: Mapping[str, bytes]) -> dict[str, str]:
         if they cannot be read
     """
     data = attachments.get("machine.json")
-    found = {} if data is None else _json(path, "machine.json", data)
+    found = {} if data is None else _json(path, "holds a machine.json that ", data)
     return {key: value for key, value in found.items() if isinstance(value, str)}
 
 
@@ -183,7 +194,7 @@ def summary(path: Path) -> dict[str, Any]:
         raise RecordingError(path, f"{error.found}: expected {error.expected}") from error
     except OSError as error:
         raise RecordingError(path, f"cannot be read: {error.strerror}") from error
-    found = _json(path, "summary", data)
+    found = _json(path, "", data)
     kinds: dict[str, Any] = {
         "real_time_factor": _is_number, "overruns": _is_number, "ended_by": _is_text,
         "last_error": _is_text, "recording": _is_mapping, "step_cost": _is_mapping,
@@ -239,12 +250,12 @@ def _anything(value: object) -> bool:
     return True
 
 
-def _json(path: object, name: str, data: bytes) -> dict[str, Any]:
+def _json(path: object, which: str, data: bytes) -> dict[str, Any]:
     try:
-        found = json.loads(words(path, name, data))
-    except (ValueError, RecursionError) as error:
-        raise RecordingError(path, f"holds a {name} that is not JSON: {error}") from error
+        found = json.loads(data.decode())
+    except (ValueError, RecursionError) as error:  # also of bytes that are no UTF-8
+        raise RecordingError(path, f"{which}is not JSON: {error}") from error
     if not isinstance(found, dict):
         kind = type(found).__name__
-        raise RecordingError(path, f"holds a {name} that is a {kind}: expected names and values")
+        raise RecordingError(path, f"{which}is a {kind}: expected names and values")
     return found

@@ -11,7 +11,7 @@ from soft_sim_ros.files import read_text
 from soft_sim_ros.recording.claims import MOST_YAML, plain_yaml
 from soft_sim_ros.recording.metadata import FILE_NAME
 
-PENDING = ".recovered"  # holds a clean recording that has still to be put in its place
+PENDING = ".recovering.json"  # says how a clean recording is put in its place
 _OPTIONS = "output_bags: [{{uri: {uri}, storage_id: mcap, all: true}}]"
 
 
@@ -35,8 +35,9 @@ def find_files(path: str | Path) -> list[Path]:
     if not path.is_dir():
         is_what = "is no regular file" if path.exists() else "does not exist"
         raise RecordingError(path, f"{is_what}; expected a rosbag2 directory or an .mcap file")
-    if (path / PENDING).is_dir():
-        reason = f"a recovery of it was cut short: `recover {quote(str(path))}` again finishes it"
+    if (path / PENDING).exists():
+        again = f"recover {quote(str(path))} --out {quote(str(path))}"
+        reason = f"its recovery was cut short: `{again}` finishes it"
         raise RecordingError(path, reason)
     files = sorted(path.glob("*.mcap"), key=_number)
     missing = [name for name in _listed(path) if not (path / name).exists()]
