@@ -29,7 +29,7 @@ def installed_type(name: str):
 
 
 def _registered(package: str, short: str) -> bool:
-    """Whether a package of messages has this type, by the index of a ROS that is sourced or ours."""
+    """Whether a package of messages has this type, by the index of a sourced ROS, or of ours."""
     prefixes = [*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix]
     for prefix in filter(None, prefixes):
         try:

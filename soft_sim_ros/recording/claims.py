@@ -234,8 +234,9 @@ def _is_bin(one: object) -> bool:
 
 
 def _is_number(value: object) -> bool:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    return number and abs(value) < 1e300  # type: ignore[operator]  # also no NaN
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) < 1e300  # also no NaN
 
 
 def _is_text(value: object) -> bool:

@@ -133,6 +133,8 @@ class Disk(_cache):
     the other. Whatever happens to the files, the worst is that a function is compiled again.
     """
 
+    _cache_file: Any
+
     def __init__(self, function: Any) -> None:
         super().__init__(function)
         theirs = self._cache_file
