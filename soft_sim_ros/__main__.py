@@ -9,8 +9,10 @@ from importlib import import_module
 
 from soft_sim_ros import __version__
 from soft_sim_ros.commands import VERBS
+from soft_sim_ros.commands.shell import verb
 
 
+@verb  # signals that come while modules are loaded count, too
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the verb that comes first; the rest is its own."""
     verbs = "\n".join(f"  {name:9} {what}" for name, what in VERBS.items())

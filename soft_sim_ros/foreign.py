@@ -48,13 +48,18 @@ def one_line(text: object, longest: int = LINE) -> str:
     return _cut(str(text), longest, _escape)
 
 
-def _escape(text: str) -> str:
+def printable(text: str) -> str:
+    """Return ``text`` as `one_line` writes it, but whole, and with its ends of lines and tabs."""
+    return _escape(text, keep="\n\t")
+
+
+def _escape(text: str, keep: str = "") -> str:
     if text.isprintable():
         return text
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+    return "".join(c if c in keep or c.isprintable() else repr(c)[1:-1] for c in text)
 
 
-def _cut(text: str, longest: int, write) -> str:
+def _cut(text: str, longest: int, write: Callable[[str], str]) -> str:
     if len(text) <= longest:
         return write(text)
     return f"{write(text[:longest])}… ({len(text)} characters)"

@@ -10,6 +10,7 @@ from soft_sim_ros.batch.dask import on_dask
 from soft_sim_ros.batch.run import Run, execute
 from soft_sim_ros.batch.table import write_tables
 from soft_sim_ros.batch.workers import cores, in_processes
+from soft_sim_ros.endings import undisturbed
 
 Progress = Callable[[int, int, dict[str, Any] | None], None]
 
@@ -71,6 +72,7 @@ def run_batch(
             results[run.name] = answer
             progress(len(results), len(every), answer)
     finally:
-        answers.close()  # type: ignore[attr-defined]  # both are generators
-        write_tables([results[name] for name in names if name in results], out)
+        with undisturbed():
+            answers.close()  # type: ignore[attr-defined]  # both are generators
+            write_tables([results[name] for name in names if name in results], out)
     return [results[name] for name in names]

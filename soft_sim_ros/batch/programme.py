@@ -6,12 +6,14 @@ import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from soft_sim_ros.errors import SoftSimError
+from soft_sim_ros.files import MOST_TABLE, read_text
 
 
 class ProgrammeError(SoftSimError):
@@ -64,10 +66,13 @@ def read_programme(path: str | Path, actuators: Sequence[str], safe: Sequence[fl
     ------
     ProgrammeError
         with file, line, what was found and what was expected
+    UnfitFile
+        if it is no regular file, too large, or no text
     """
     file = str(path)
-    with open(path, newline="", encoding="utf-8-sig") as stream:
-        rows = csv.reader(stream, skipinitialspace=True)
+    text = read_text(path, MOST_TABLE)
+    rows = csv.reader(StringIO(text, newline=""), skipinitialspace=True)
+    try:
         header = [name.strip() for name in next(rows, [])]
         columns = _columns(file, header, actuators)
         times: list[float] = []
@@ -84,6 +89,8 @@ def read_programme(path: str | Path, actuators: Sequence[str], safe: Sequence[fl
             effort[columns] = numbers[1:]
             times.append(time)
             efforts.append(effort)
+    except csv.Error as error:
+        raise ProgrammeError(file, rows.line_num, str(error), "a CSV file") from error
     return Programme(np.array(times), np.array(efforts).reshape(len(times), len(actuators)))
 
 

@@ -19,7 +19,9 @@ from soft_sim_ros.core.drive import Drive
 from soft_sim_ros.core.estimate import Estimated
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.endings import undisturbed
 from soft_sim_ros.errors import SolverError
+from soft_sim_ros.files import write_whole
 from soft_sim_ros.recording.cdr import encode_floats, encode_string
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import recorded_topics
@@ -99,20 +101,22 @@ class Rollout:
         self._pair = None if max_error is None else Estimated(self.simulation, max_error)
         self._seconds = 0.0
         self._ended_by = "interrupted"
-        self._writer = BagWriter(
-            self.directory,
-            recorded_topics(NODE),
-            metadata={
-                "node": NODE,
-                "command_timeout": "0.0",
-                "command_ramp": "0.0",
-                "frame_id": FRAME,
-                "poses": str(poses),
-                "publish_rate": repr(publish_rate),
-                "real_time_factor": "0.0",
-            },
-            attachments={"scene.yaml": self.simulation.scene.source.encode()},
-        )
+        self.no_summary: str | None = None  # why there is none
+        facts = {
+            "node": NODE,
+            "command_timeout": "0.0",
+            "command_ramp": "0.0",
+            "frame_id": FRAME,
+            "poses": str(poses),
+            "publish_rate": repr(publish_rate),
+            "real_time_factor": "0.0",
+        }
+        source = self.simulation.scene.source.encode()
+        topics, attachments = recorded_topics(NODE), {"scene.yaml": source}
+        with undisturbed():
+            self._writer = BagWriter(
+                self.directory, topics, metadata=facts, attachments=attachments
+            )
 
     def run(self, duration: float, progress: Callable[[float], None] = lambda t: None) -> dict:
         """Simulate ``duration`` s and close the recording, which stays valid whatever happens.
@@ -137,12 +141,24 @@ class Rollout:
             self._event(self._ended_by)  # first: the inputs that broke the step are in force now
             self._emit()
             raise
+        except KeyboardInterrupt as ending:
+            self._ended_by = str(ending) or self._ended_by  # the name of the signal
+            raise
         finally:
             self._seconds = time.perf_counter() - begin
-            self._writer.close()
-            summary = self.summary()
-            text = json.dumps(summary, indent=2, allow_nan=False)
-            (self.directory / "summary.json").write_text(text + "\n")
+            with undisturbed():
+                summary = self._close()
+        return summary
+
+    def _close(self) -> dict[str, Any]:
+        """Close the recording and write the summary beside it, if the disk takes it."""
+        self._writer.close()
+        summary = self.summary()
+        text = json.dumps(summary, indent=2, allow_nan=False)
+        try:
+            write_whole(self.directory / "summary.json", text + "\n")
+        except OSError as error:
+            self.no_summary = f"{self.directory / 'summary.json'}: {error.strerror}"
         return summary
 
     def _drive(self, last: int) -> Drive:
@@ -197,6 +213,7 @@ class Rollout:
                 "recorded": writer.written,
                 "dropped": writer.dropped,
                 "error": writer.error,
+                "complete": writer.complete,
             },
         }
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +16,7 @@ from soft_sim_ros import __version__
 from soft_sim_ros.batch.programme import Programme, read_programme
 from soft_sim_ros.batch.rollout import Rollout
 from soft_sim_ros.errors import RecordingError, SceneError, SoftSimError
+from soft_sim_ros.files import MOST_TABLE, read_text, write_whole
 from soft_sim_ros.scene import Scene, parse_scene
 from soft_sim_ros.scene.put import edited
 
@@ -87,7 +87,7 @@ class Run:
     @property
     def digest(self) -> str:
         """Digest of everything that decides what comes out."""
-        commands = None if self.commands is None else Path(self.commands).read_text()
+        commands = None if self.commands is None else read_text(self.commands, MOST_TABLE)
         what = [
             __version__, self.text, self.duration, sorted(self.parameters.items()), commands,
             self.publish_rate, self.poses, self.max_error,
@@ -152,9 +152,7 @@ def execute(run: Run, out: str) -> dict[str, Any]:
             result["reason"] = f"{lost['dropped']} messages lost: {lost['error']}"
     result["wall_s"] = time.perf_counter() - begin
     directory.mkdir(parents=True, exist_ok=True)
-    new = directory / (RESULT + ".new")
-    new.write_text(json.dumps(result, indent=1) + "\n")
-    os.replace(new, directory / RESULT)
+    write_whole(directory / RESULT, json.dumps(result, indent=1) + "\n")
     return result
 
 

@@ -14,6 +14,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,11 +24,11 @@ import numpy as np
 import yaml
 
 from soft_sim_ros.batch.run import Run
-from soft_sim_ros.errors import SceneError
+from soft_sim_ros.recording.claims import MOST_POSES
 from soft_sim_ros.scene import load_scene
 from soft_sim_ros.scene.document import Document
 from soft_sim_ros.scene.interval import FINITE, NONNEGATIVE, POSITIVE, Interval
-from soft_sim_ros.scene.load_scene import find_scene
+from soft_sim_ros.scene.load_scene import find_scene, read_scene
 from soft_sim_ros.scene.put import key_path
 from soft_sim_ros.scene.reader import Reader
 
@@ -35,6 +36,7 @@ KEYS = (
     "scenes", "duration", "commands", "publish_rate", "poses", "max_error",
     "parameters", "combine", "repeats", "seed",
 )  # fmt: skip
+MOST_RUNS = 1_000_000
 DRAWN = ("uniform", "log_uniform", "normal")
 
 
@@ -72,12 +74,7 @@ def read_sweep(
         with file, key, value and what is expected
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        expected = f"UTF-8 text (byte {error.start} is not)"
-        raise SceneError(str(path), "", "(not text)", expected) from error
-    document = Document.parse(text, str(path))
+    document = Document.parse(read_scene(path), str(path))
     reader = Reader(document, document.root).only(*KEYS)
     files = list(scenes) or [_beside(path, name) for name in _words(reader, "scenes")]
     if not files:
@@ -90,15 +87,17 @@ def read_sweep(
         "duration": length,
         "commands": None if commands is None else _beside(path, commands),
         "publish_rate": reader.number("publish_rate", POSITIVE, 100.0),
-        "poses": reader.whole("poses", Interval.parse("[2, inf)"), 51),
+        "poses": reader.whole("poses", Interval.parse(f"[2, {MOST_POSES}]"), 51),
         "max_error": reader.number("max_error", Interval.parse("(0, inf]"), None),
     }
     choices = _parameters(reader, commands is not None)
     rows = _combined(reader, choices)
-    repeats = reader.whole("repeats", Interval.parse("[1, inf)"), 1)
+    repeats = reader.whole("repeats", Interval.parse(f"[1, {MOST_RUNS}]"), 1)
+    if repeats * len(files) * len(rows) > MOST_RUNS:
+        reader.refuse(f"at most {MOST_RUNS} runs in all", "repeats", repeats)
     seed = reader.whole("seed", NONNEGATIVE, 0)
     runs: list[Run] = []
-    texts = {file: find_scene(file).read_text(encoding="utf-8") for file in files}
+    texts = {file: read_scene(find_scene(file)) for file in files}
     for _ in range(repeats):  # outermost: more repeats leave the seeds of earlier runs alone
         for file, row in itertools.product(files, rows):
             own = seed + len(runs)
@@ -167,7 +166,7 @@ def _range(reader: Reader) -> list[str] | Drawn:
     scale = reader.choice("scale", ("linear", "log"), default="linear")
     within = POSITIVE if scale == "log" else FINITE
     ends = reader.number("from", within), reader.number("to", within)
-    count = reader.whole("count", Interval.parse("[2, inf)"))
+    count = reader.whole("count", Interval.parse(f"[2, {MOST_RUNS}]"))
     values = np.geomspace(*ends, count) if scale == "log" else np.linspace(*ends, count)
     return [repr(float(value)) for value in values]
 
@@ -185,6 +184,8 @@ def _combined(
             reader.refuse(f"lists of one length to go through together ({told})", "combine")
         combinations = list(zip(*listed.values(), strict=True)) if listed else [()]
     else:
+        if math.prod(len(value) for value in listed.values()) > MOST_RUNS:
+            reader.refuse(f"at most {MOST_RUNS} combinations", "parameters")
         combinations = list(itertools.product(*listed.values()))
     return [
         {k: v for k, v in choices.items() if not isinstance(v, list)}

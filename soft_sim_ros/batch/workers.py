@@ -100,7 +100,8 @@ def _stop(
 
 def _work(function: Callable[..., Any], connection: Connection) -> None:
     """Answer tasks until the pipe ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the parent, which tells us
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)  # they reach the parent, which tells us
     signal.signal(signal.SIGTERM, _interrupt)
     try:
         while True:

@@ -18,6 +18,7 @@ from soft_sim_ros.commands.progress import Line
 from soft_sim_ros.commands.rerun import Comparison, Rerun
 from soft_sim_ros.commands.shell import DONE, FAILED, require_ros, verb
 from soft_sim_ros.commands.warm_up import warm_up
+from soft_sim_ros.files import write_whole
 from soft_sim_ros.recording.reader import Run, read_run
 from soft_sim_ros.report import picture, write_report
 from soft_sim_ros.scene import load_scene
@@ -38,9 +39,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--runs", type=Path, default=Path("runs"), metavar="DIR")
     options = parser.parse_args(argv)
-    for ending in (signal.SIGINT, signal.SIGTERM):
-        # The other processes are ended in order either way; they must not inherit a deaf ear.
-        signal.signal(ending, signal.default_int_handler)
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        # The other processes are ended in order by it; they must not inherit a deaf ear.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     scene = load_scene(options.scene)
     directory = new_directory(options.runs)
     print(f"demo of scene {scene.name!r}: {options.duration:g} s, into {directory}", flush=True)
@@ -51,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     replayed = replay(run)
     comparison = simulate_again(run)
     numbers = summarise(run, driven, replayed, comparison)
-    (directory / "summary.json").write_text(json.dumps(numbers, indent=2) + "\n")
+    write_whole(directory / "summary.json", json.dumps(numbers, indent=2) + "\n")
     print("drawing", flush=True)
     files = [
         ("recording", directory),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Callable
+from io import StringIO
 from itertools import islice
 from pathlib import Path
 from typing import Protocol
@@ -17,6 +18,7 @@ from soft_sim_ros.commands.rerun import Rerun, recorded_scene
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.errors import RecordingError, SceneError, SolverError
+from soft_sim_ros.files import MOST_TABLE, read_npz, read_text
 from soft_sim_ros.recording.reader import Run
 from soft_sim_ros.scene import Scene, parse_scene
 
@@ -133,15 +135,9 @@ def read_motion(path: Path) -> tuple[Floats, Floats]:
         if the table cannot be used
     """
     if path.suffix == ".npz":
-        with np.load(path) as content:
-            key = next((k for k in TOPICS if content.get(f"{k}_poses", np.empty(0)).size), None)
-            if key is None:
-                expected = " or ".join(f"{k}_poses with {k}_time_ns" for k in TOPICS)
-                raise ProgrammeError(str(path), 0, f"arrays {', '.join(content)}", expected)
-            time = content[f"{key}_time_ns"] / 1e9
-            return time, content[f"{key}_poses"].reshape(len(time), -1, 7)[..., :3]
-    with open(path, newline="", encoding="utf-8-sig") as stream:
-        rows = csv.reader(stream, skipinitialspace=True)
+        return _arrays(path)
+    rows = csv.reader(StringIO(read_text(path, MOST_TABLE), newline=""), skipinitialspace=True)
+    try:
         header = next(rows, [])
         one = {"x", "y", "z"} <= set(header)
         count = 1 if one else sum(name[:1] == "x" and name[1:].isdigit() for name in header)
@@ -149,7 +145,8 @@ def read_motion(path: Path) -> tuple[Floats, Floats]:
         if header[:1] != ["time"] or not count or not set(names) <= set(header):
             expected = "time,x,y,z (the tip) or time,x0,y0,z0,x1,… (from base to tip)"
             raise ProgrammeError(str(path), 1, f"header {','.join(header)!r}", expected)
-        columns = [header.index(name) for name in ("time", *names)]
+        where = {name: i for i, name in reversed(list(enumerate(header)))}
+        columns = [where[name] for name in ("time", *names)]
         table: list[list[float]] = []
         for row in rows:
             if row:
@@ -158,8 +155,28 @@ def read_motion(path: Path) -> tuple[Floats, Floats]:
                     found = f"time = {table[-1][0]:g} s"
                     expected = f"a time above {table[-2][0]:g} s"
                     raise ProgrammeError(str(path), rows.line_num, found, expected)
+    except csv.Error as error:
+        raise ProgrammeError(str(path), rows.line_num, str(error), "a CSV file") from error
     values = np.array(table).reshape(len(table), 1 + 3 * count)
     return values[:, 0], values[:, 1:].reshape(-1, count, 3)
+
+
+def _arrays(path: Path) -> tuple[Floats, Floats]:
+    """Return the motion of an ``.npz`` file."""
+    content = read_npz(path)
+    key = next((k for k in TOPICS if content.get(f"{k}_poses", np.empty(0)).size), None)
+    expected = " or ".join(f"{k}_poses (T, N, 7) with {k}_time_ns (T,)" for k in TOPICS)
+    if key is None:
+        raise ProgrammeError(str(path), 0, f"arrays {', '.join(content)}", expected)
+    time, poses = content.get(f"{key}_time_ns", np.empty(0)), content[f"{key}_poses"]
+    numbers = time.dtype.kind in "iuf" and poses.dtype.kind in "iuf"
+    if not numbers or time.ndim != 1 or poses.shape[:1] != time.shape or poses.shape[-1] != 7:
+        found = f"{key}_poses {poses.shape} with {key}_time_ns {time.shape}"
+        raise ProgrammeError(str(path), 0, found, expected)
+    seconds = time / 1e9
+    if not (np.isfinite(seconds).all() and (seconds >= 0.0).all() and (np.diff(seconds) > 0).all()):
+        raise ProgrammeError(str(path), 0, f"{key}_time_ns", "times from 0 on that rise")
+    return seconds, poses.reshape(len(time), -1, 7)[..., :3].astype(float)
 
 
 def _numbers(file: str, line: int, row: list[str], columns: list[int]) -> list[float]:

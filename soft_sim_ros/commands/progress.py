@@ -31,21 +31,23 @@ class Line:
         now = time.monotonic()
         if now < self._due:
             return
-        if self._live:
-            self._stream.write("\r" + text.ljust(len(self._shown)))
-            self._due = now + REFRESH
-        else:
-            self._stream.write(text + "\n")
-            self._due = now + PERIOD
-        self._stream.flush()
+        self._due = now + (REFRESH if self._live else PERIOD)
+        self._write("\r" + text.ljust(len(self._shown)) if self._live else text + "\n")
         self._shown = text
 
     def clear(self) -> None:
         """Take the line off a terminal, so that the next print starts at its left edge."""
         if self._live and self._shown:
-            self._stream.write("\r" + " " * len(self._shown) + "\r")
-            self._stream.flush()
+            self._write("\r" + " " * len(self._shown) + "\r")
             self._shown = ""
+
+    def _write(self, text: str) -> None:
+        """Write, unless the terminal is gone: nobody looks on, and the work goes on."""
+        try:
+            self._stream.write(text)
+            self._stream.flush()
+        except OSError:
+            self._due = float("inf")
 
 
 @contextmanager

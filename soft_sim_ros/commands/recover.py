@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from soft_sim_ros.commands.shell import DONE, verb
+from soft_sim_ros.foreign import printable
 
 
 @verb
@@ -28,9 +29,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     lost = f", {result.damaged_chunks} damaged parts left out" if result.damaged_chunks else ""
     print(f"{options.recording} {state}{lost}")
     for topic, count in sorted(result.counts.items()):
-        print(f"{count:8d}  {topic}")
+        print(f"{count:8d}  {printable(topic)}")
     print(f"{result.messages:8d}  messages up to t = {result.last_time:.9g} s")
-    print(f"clean recording: {result.directory}")
+    left = options.out is not None and result.backup is None and not result.torn
+    same = left and result.directory == options.recording.resolve() and not result.damaged_chunks
+    print(f"{'left as it is' if same else 'clean recording'}: {result.directory}")
     if result.backup is not None:
         print(f"original files:  {result.backup}")
     return DONE

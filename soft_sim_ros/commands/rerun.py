@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,7 +16,9 @@ from soft_sim_ros.core.bounds import Bounds
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.errors import RecordingError
+from soft_sim_ros.foreign import printable
 from soft_sim_ros.node.commands import read_order
+from soft_sim_ros.recording.claims import facts, machine
 from soft_sim_ros.recording.decode import stack
 from soft_sim_ros.recording.machine import machine_facts
 from soft_sim_ros.recording.reader import LoggedMessage, Run, read_run
@@ -29,6 +30,8 @@ from soft_sim_ros.scene import Scene, parse_scene
 DECISIVE = (
     "soft_sim_ros", "processor", "architecture", "python", "numpy", "scipy", "numba", "llvmlite",
 )  # fmt: skip
+
+LONGEST_GAP = 86_400  # s without a message: more is no recording of a run
 
 # What a re-simulation needs to know beside the scene.
 FACTS = ("node", "poses", "frame_id", "command_timeout", "command_ramp")
@@ -80,20 +83,19 @@ class Rerun:
 
     def __init__(self, run: Run, scene: Scene | None = None) -> None:
         self._run = run
-        facts = run.metadata
+        recorded = recorded_scene(run) if scene is None else scene
+        known = facts(run.path, run.metadata)
         if scene is None:
-            scene = recorded_scene(run)
-            warm_up(scene)
-        self.simulation = Simulation(scene)
+            warm_up(recorded)
+        self.simulation = Simulation(recorded)
         self._inputs = Inputs(
             self.simulation,
-            float(facts["command_timeout"]),
-            float(facts["command_ramp"]),
-            recorded_bounds(run, scene),
+            known.command_timeout,
+            known.command_ramp,
+            recorded_bounds(run, recorded),
         )
-        self._frame_id = facts["frame_id"]
-        node = facts["node"]
-        self._telemetry = Telemetry(self.simulation, int(facts["poses"]), self._frame_id, node)
+        self._frame_id, node = known.frame_id, known.node
+        self._telemetry = Telemetry(self.simulation, known.poses, self._frame_id, node)
         self._builders = {t.name: getattr(self._telemetry, t.key) for t in self._telemetry.topics}
         self.topics = {resolve(name, node): key for key, (name, _, _) in ALL.items()}
 
@@ -135,6 +137,10 @@ class Rerun:
                 f"step of {self.simulation.step_ns / 1e9:g} s begins after "
                 f"t = {self.simulation.time:.9f} s",
             )
+        if steps * self.simulation.step_ns > LONGEST_GAP * 1_000_000_000:
+            gap = f"t = {self.simulation.time:.9g} s and t = {message.time_ns / 1e9:.9g} s"
+            reason = f"holds nothing between {gap}: expected at most {LONGEST_GAP} s"
+            raise RecordingError(self._run.path, reason)
         self._inputs.advance(steps)
 
     def _compare(self, message: LoggedMessage, result: Comparison) -> None:
@@ -180,7 +186,7 @@ def recorded_bounds(run: Run, scene: Scene) -> Bounds:
 
 def different_facts(run: Run) -> list[tuple[str, str, str]]:
     """Decisive facts in which the recording's machine and this one differ."""
-    recorded = json.loads(run.attachments.get("machine.json", b"{}"))
+    recorded = machine(run.path, run.attachments)
     here = machine_facts()
     return [
         (name, recorded.get(name, "unknown"), here.get(name, "unknown"))
@@ -196,13 +202,15 @@ def _text(message: LoggedMessage) -> str:
 def _distance(message: LoggedMessage, built: bytes) -> float:
     """Largest difference of the numbers of two messages; infinite if they differ in kind."""
     one, other = stack(message.type, [message.data]), stack(message.type, [built])
-    if one.texts != other.texts or any(
-        a.shape != b.shape for a, b in zip(one.blocks, other.blocks, strict=True)
-    ):
+    alike = one.texts == other.texts and one.frame_id == other.frame_id
+    alike = alike and np.array_equal(one.stamps_ns, other.stamps_ns)
+    if not alike or any(a.shape != b.shape for a, b in zip(one.blocks, other.blocks, strict=True)):
         return float("inf")
-    gaps = [
-        float(np.abs(a - b).max(initial=0.0)) for a, b in zip(one.blocks, other.blocks, strict=True)
-    ]
+    with np.errstate(invalid="ignore", over="ignore"):  # what no number is far from any
+        gaps = [
+            float(np.nan_to_num(np.abs(a - b), nan=np.inf).max(initial=0.0))
+            for a, b in zip(one.blocks, other.blocks, strict=True)
+        ]
     return max(gaps, default=0.0)
 
 
@@ -231,9 +239,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 def tell(comparison: Comparison, tolerance: float) -> int:
     """Print what was found and give the exit code."""
     for name, recorded, here in comparison.facts:
-        print(f"differs: {name}: recorded with {recorded}, here {here}")
+        print(printable(f"differs: {name}: recorded with {recorded}, here {here}"))
     for topic, value in sorted(comparison.largest.items()):
-        print(f"{value:12.3g}  largest difference on {topic}")
+        print(f"{value:12.3g}  largest difference on {printable(topic)}")
     if comparison.identical:
         print(f"identical: {comparison.messages} messages, 0 bits different")
         return DONE
@@ -244,7 +252,7 @@ def tell(comparison: Comparison, tolerance: float) -> int:
     time, topic = comparison.first
     print(
         f"{comparison.different} of {comparison.messages} messages differ, by up to "
-        f"{comparison.difference:.3g}; the first at t = {time:.9g} s on {topic}"
+        f"{comparison.difference:.3g}; the first at t = {time:.9g} s on {printable(topic)}"
     )
     if comparison.facts and comparison.difference <= tolerance:
         print(f"within the tolerance {tolerance:g} for another version or machine")

@@ -21,6 +21,7 @@ from soft_sim_ros.commands.shell import DONE, FAILED, verb
 from soft_sim_ros.commands.warm_up import warm_up
 from soft_sim_ros.core.modes import long_step
 from soft_sim_ros.errors import SoftSimError
+from soft_sim_ros.recording.claims import MOST_POSES
 
 
 @verb
@@ -93,10 +94,14 @@ def _one(run: Run, out: Path) -> int:
             "tolerance {tolerance:g}".format_map(summary["accuracy"])
         )
     print(f"{kept['recorded']} messages recorded in {kept['directory']}")
-    if kept["dropped"] or kept["error"]:
+    lost = kept["dropped"] or kept["error"]
+    if lost:
         print(f"error: {kept['dropped']} messages lost: {kept['error']}")
-        return FAILED
-    return DONE
+    if not kept["complete"] and kept["recorded"]:
+        print("the recording lacks its end: `recover` makes a clean one of what is there")
+    if rollout.no_summary:
+        print(f"error: no summary: {rollout.no_summary}")
+    return FAILED if lost or rollout.no_summary else DONE
 
 
 def _batch(runs: list[Run], options: argparse.Namespace) -> int:
@@ -183,8 +188,9 @@ def _positive(text: str) -> float:
 
 def _poses(text: str) -> int:
     value = int(text)
-    if value < 2:
-        raise argparse.ArgumentTypeError(f"{text}: expected at least 2, the base and the tip")
+    if not 2 <= value <= MOST_POSES:
+        expected = f"expected 2 (the base and the tip) to {MOST_POSES}"
+        raise argparse.ArgumentTypeError(f"{text}: {expected}")
     return value
 
 

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import functools
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
+from soft_sim_ros.endings import Ended, endings
 from soft_sim_ros.errors import SoftSimError, SolverError
+from soft_sim_ros.foreign import printable
 
-DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+SIGNALLED = 128  # and the number of the signal, as shells have it
 
 Main = Callable[[Sequence[str] | None], int]
 
@@ -18,18 +23,21 @@ Main = Callable[[Sequence[str] | None], int]
 def verb(main: Main) -> Main:
     """Let ``main`` end with an exit code and one line, whatever the user's files and disks do.
 
-    0 = done, 1 = the run failed, 2 = the input is bad, 130 = interrupted. Only what is a bug of
-    this package still ends in a traceback.
+    0 = done, 1 = the run failed, 2 = the input is bad; 130 = interrupted (Ctrl-C), 143 = SIGTERM,
+    129 = SIGHUP (the terminal was closed). Only what is a bug of this package still ends in a
+    traceback.
     """
 
     @functools.wraps(main)
     def wrapped(argv: Sequence[str] | None = None) -> int:
         try:
-            with warnings.catch_warnings():
+            with endings(), warnings.catch_warnings():
                 warnings.showwarning = _show_warning
                 return main(argv)
-        except KeyboardInterrupt:
-            return _end("interrupted", INTERRUPTED)
+        except KeyboardInterrupt as ending:
+            number = ending.number if isinstance(ending, Ended) else signal.SIGINT
+            told = "interrupted" if number == signal.SIGINT else f"ended by {ending}"
+            return _end(told, SIGNALLED + number)
         except SolverError as error:
             return _end(f"error: {error}", FAILED)
         except SoftSimError as error:
@@ -47,7 +55,8 @@ def verb(main: Main) -> Main:
 
 def _show_warning(message: Warning | str, *_: object) -> None:
     """Show a warning as a line for users: where in the code it arose is nothing to them."""
-    print(f"warning: {message}", file=sys.stderr, flush=True)
+    with suppress(OSError):  # the terminal may be gone
+        print(f"warning: {printable(str(message))}", file=sys.stderr, flush=True)
 
 
 def require_ros(name: str) -> None:
@@ -80,5 +89,6 @@ class NoRos(SoftSimError):
 
 def _end(line: str, code: int) -> int:
     # A progress line may still stand without its end.
-    print(("\n" if sys.stderr.isatty() else "") + line, file=sys.stderr, flush=True)
+    with suppress(OSError):  # and the terminal may be gone
+        print(("\n" if sys.stderr.isatty() else "") + printable(line), file=sys.stderr, flush=True)
     return code

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -40,12 +41,17 @@ class Diagnostics:
         self._hardware_id = hardware_id
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._seen = (0, 0, 0, 0)
+        self._lock = threading.Lock()
         # A clock of its own: the node's may be the simulated one, which stands still when paused.
         self._clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(1.0, self.publish, clock=self._clock)
 
     def publish(self) -> None:
-        """Publish the state of things now."""
+        """Publish the state of things now; from any thread."""
+        with self._lock:
+            self._publish()
+
+    def _publish(self) -> None:
         physics = self._physics
         values, level, message = self._look()
         status = DiagnosticStatus(
@@ -92,7 +98,7 @@ class Diagnostics:
             "commands clamped": self._gate.clamped,
             "commands withdrawn": physics.withdrawn,
             "energy residual (J)": physics.residual,
-            "recording": log is not None,
+            "recording": log is not None and log.recording,
             "recorded messages": log.written if log else 0,
             "dropped log messages": log.dropped if log else 0,
             "recording error": (log.error or "none") if log else "none",

@@ -83,7 +83,7 @@ class Row:
         if self.low is not None and self.high is not None:
             assert isinstance(value, int | float)
             fits = math.isfinite(value) and self.low <= value <= self.high
-            if not (fits or self.zero and value == 0):
+            if not (fits or (self.zero and value == 0)):
                 expected = f"{'0, or ' if self.zero else ''}{self.low:g} to {self.high:g}"
                 raise ValueError(f"{self.name} = {value!r}: expected {expected}")
         return value  # type: ignore[return-value]

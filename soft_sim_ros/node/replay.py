@@ -7,28 +7,33 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from itertools import groupby
 
 import rclpy
 from rclpy.duration import Duration
+from rclpy.exceptions import InvalidHandle, InvalidTopicNameException
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock
 
-from soft_sim_ros.errors import SoftSimError
-from soft_sim_ros.foreign import one_line, shown
+from soft_sim_ros.errors import RecordingError, SoftSimError
+from soft_sim_ros.foreign import one_line, printable, shown
 from soft_sim_ros.node.clock import FASTEST, SLOWEST, Pacer
-from soft_sim_ros.node.publishers import message_class
+from soft_sim_ros.node.message_types import installed_type
 from soft_sim_ros.node.quality import qos_profile
 from soft_sim_ros.node.signals import Signals, Stopped
 from soft_sim_ros.node.start import Parser, asking_ros, start
 from soft_sim_ros.recording.cdr import ClockBuffer
+from soft_sim_ros.recording.decode import KNOWN, DecodeError, decode
+from soft_sim_ros.recording.metadata import Channel
 from soft_sim_ros.recording.reader import LoggedMessage, Run, read_run
 from soft_sim_ros.recording.topics import INPUTS, Qos, resolve
 
 NAME = "replay"
 _BREATH = 0.001  # s between instants at rate 0: queues are short and subscribers need the time
 _LONGEST = 3600.0  # s of delay
+_LAST_SECOND = 2**31 - 1
 _PATIENCE = 2.0  # s, at the end, with reliable subscribers that have not yet answered
 
 
@@ -74,15 +79,29 @@ class Player:
         self._stop = threading.Event()
         self.sent: Counter[str] = Counter()
         skipped = set() if with_commands else command_topics(run)
-        self._publishers = {
-            channel.topic: node.create_publisher(
-                message_class(channel.type), channel.topic, qos_profile(channel.qos)
-            )
-            for channel in run.channels
-            if channel.topic not in skipped
-        }
+        self._publishers: dict[str, Publisher] = {}
+        for channel in run.channels:
+            if channel.topic not in skipped and channel.topic not in self._publishers:
+                self._offer(channel)
+        check(run, self._publishers)
         self._clock = node.create_publisher(Clock, "/clock", qos_profile(Qos()))
         self._clock_bytes = ClockBuffer()
+
+    def _offer(self, channel: Channel) -> None:
+        """Make the publisher of a topic, unless nothing here knows its type."""
+        kind, name = installed_type(channel.type), printable(channel.topic)
+        if kind is None or channel.encoding != "cdr":
+            self._node.get_logger().warning(
+                f"left out: {name} has messages of type {printable(channel.type)!r} in "
+                f"{printable(channel.encoding)!r}: expected CDR of an installed type"
+            )
+            return
+        try:
+            publisher = self._node.create_publisher(kind, channel.topic, qos_profile(channel.qos))
+        except (ValueError, RuntimeError, InvalidHandle, InvalidTopicNameException) as error:
+            reason = f"has a topic that cannot be published, {name!r}: {error}"
+            raise RecordingError(self._run.path, reason) from error
+        self._publishers[channel.topic] = publisher
 
     def stop(self) -> None:
         """End as soon as possible; safe in a signal handler."""
@@ -135,6 +154,26 @@ class Player:
     def _instants(self) -> Iterator[tuple[int, Iterator[LoggedMessage]]]:
         wanted = (m for m in self._run.messages() if m.topic in self._publishers)
         return groupby(wanted, key=lambda message: message.time_ns)
+
+
+def check(run: Run, wanted: Container[str]) -> None:
+    """Refuse a recording with messages that no clock can show, or that are not what they say.
+
+    Raises
+    ------
+    RecordingError
+        with the first of them
+    """
+    if run.end > _LAST_SECOND:
+        reason = f"ends at t = {run.end:.6g} s: expected at most {_LAST_SECOND} s, as ROS has it"
+        raise RecordingError(run.path, reason)
+    for message in run.messages():
+        if message.topic in wanted and message.type in KNOWN:
+            try:
+                decode(message.type, message.data)
+            except DecodeError as error:
+                place = f"{printable(message.topic)} at t = {message.time_ns / 1e9:.9g} s"
+                raise RecordingError(run.path, f"cannot be replayed, {place}: {error}") from error
 
 
 def command_topics(run: Run) -> set[str]:

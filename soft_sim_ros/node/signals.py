@@ -1,9 +1,11 @@
-"""Ctrl-C and SIGTERM: the first ends the node in order, further ones do not disturb the ending."""
+"""Ctrl-C, SIGTERM, SIGHUP: the first ends the node in order, others do not disturb the ending."""
 
 from __future__ import annotations
 
 import signal
 from collections.abc import Callable
+
+from soft_sim_ros.endings import ENDINGS
 
 
 class Stopped(Exception):  # noqa: N818 - not an error
@@ -11,7 +13,9 @@ class Stopped(Exception):  # noqa: N818 - not an error
 
 
 class Signals:
-    """Handlers of SIGINT and SIGTERM for the time of a ``with`` block.
+    """Handlers of SIGINT, SIGTERM and SIGHUP for the time of a ``with`` block.
+
+    A closed terminal or a lost ssh sends SIGHUP. ``nohup`` has it ignored, which stays so.
 
     Before `hold` or `when_stopped` is called a signal raises `Stopped`, wherever the main thread
     is: the compilation of kernels need not be waited for. After it, the first signal calls the
@@ -35,7 +39,9 @@ class Signals:
         self._action = lambda: None
 
     def __enter__(self) -> Signals:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in ENDINGS:
+            if number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN:
+                continue
             self._before[number] = signal.signal(number, self._handle)
         return self
 

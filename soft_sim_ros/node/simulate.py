@@ -31,6 +31,7 @@ from soft_sim_ros.node.signals import Signals, Stopped
 from soft_sim_ros.node.start import StartError, asking_ros, start
 from soft_sim_ros.node.summary import summarise, write_summary
 from soft_sim_ros.node.tip_frame import TipFrame
+from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import EVENTS, INPUTS, OUTPUTS, Topic, output_topics, topic
 from soft_sim_ros.scene import Scene, load_scene
@@ -148,6 +149,7 @@ class Arm:
         )
         self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
         self.gate = Gate(self.inputs, settings.frame_id, self._submit, node.get_logger().warning)
+        self.diagnostics: Diagnostics | None = None
         self.log = self._open_log((*self.publishers.topics, *inputs), prefix)
         self.physics = Physics(
             self.inputs,
@@ -189,7 +191,8 @@ class Arm:
         physics, log = self.physics, self.node.get_logger()
         physics.stop()
         physics.join()
-        self.diagnostics.publish()
+        if self.diagnostics is not None:
+            self.diagnostics.publish()
         if self.log is not None:
             self.log.close()
         if physics.failure:
@@ -211,7 +214,7 @@ class Arm:
             if self.log.error:
                 words.append(f"recording error: {self.log.error}")
         lossy = self.log is not None and (self.log.dropped > 0 or self.log.error is not None)
-        if lossy:
+        if self.log is not None and not self.log.complete and self.log.written:
             words.append("`recover` makes a clean recording of what is there")
         bad = physics.failure or physics.diverged or lossy
         (log.error if bad else log.info)("; ".join(words))
@@ -230,7 +233,15 @@ class Arm:
             topics,
             metadata=run_metadata(self.settings, prefix) | self.inputs.bounds.facts(),
             attachments={"scene.yaml": scene.source.encode()},
+            on_loss=self._lost,
         )
+
+    def _lost(self, what: str) -> None:
+        """Say at once, in every way there is, that files of the recording are gone."""
+        self.node.get_logger().error(f"recording: {what}")
+        self.publishers.send("events", encode_string(f"recording_lost: {what}"))
+        if self.diagnostics is not None:
+            self.diagnostics.publish()
 
     def _submit(self, key, order, data) -> bool:
         return self.physics.submit(key, order, data)

@@ -9,6 +9,7 @@ from pathlib import Path
 from soft_sim_ros import __version__
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.watch import WatchedInputs
+from soft_sim_ros.files import write_whole
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.parameters import Settings
 from soft_sim_ros.node.physics import Physics
@@ -55,6 +56,7 @@ def summarise(
             "recorded": log.written,
             "dropped": log.dropped,
             "error": log.error,
+            "complete": log.complete,
         },
         "parameters": vars(settings),
     }
@@ -70,7 +72,7 @@ def accuracy(inputs: Inputs) -> dict[str, float | None] | None:
 def write_summary(directory: str, summary: dict) -> Path:
     """Write ``summary.json`` and say where it is."""
     path = Path(directory) / FILE_NAME
-    path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
+    write_whole(path, json.dumps(summary, indent=2, allow_nan=False) + "\n")
     return path
 
 

@@ -76,7 +76,7 @@ class Bag:
         self._attachments = dict(attachments)
         self._split_bytes = split_bytes
         self._files: list[FileSummary] = []
-        self._kept: dict[str, int] = {}
+        self._gone: set[str] = set()  # finished files that somebody has taken away
         try:
             directory.mkdir(parents=True, exist_ok=True)
             self._file = self._next_file()
@@ -92,11 +92,12 @@ class Bag:
 
     def taken(self) -> dict[str, int]:
         """Count the messages taken so far, by topic."""
-        return self._sum([file.counts for file in self._files])
+        return self._sum([file.counts for file in self._present()])
 
     def kept(self) -> dict[str, int]:
         """Count the messages on disk, by topic."""
-        return self._sum([self._kept, self._file.kept])
+        finished = [file.counts for file in self._present() if file is not self._file.summary]
+        return self._sum([*finished, self._file.kept])
 
     def add(self, channel: int, time_ns: int, data: bytes, sequence: int = 0) -> None:
         """Take one message of the channel with this index."""
@@ -108,14 +109,15 @@ class Bag:
         if self._file.size >= self._split_bytes or self._file.commits >= SPLIT_COMMITS:
             self._file.finish(self._describe())
             self._file.commit()
+            self._file.sync()
             self._file.close()
-            following = self._next_file()
-            self._kept, self._file = self.kept(), following
+            self._file = self._next_file()
 
     def close(self) -> None:
         """Complete the recording."""
         self._file.finish(self._describe())
         self._file.commit()
+        self._file.sync()
         self._file.close()
         write_metadata(self.directory, self._describe())
 
@@ -123,9 +125,31 @@ class Bag:
         """Give the recording up as it is on disk: whole up to the last commit, but not closed."""
         self._file.close()
 
+    def trouble(self) -> str:
+        """Say what others have done to the file that is being written; empty if nothing."""
+        trouble = self._file.trouble()
+        return trouble and f"{self._file.path} {trouble}"
+
+    def gone(self) -> list[FileSummary]:
+        """Find finished files that are no longer there; each is given once, and then forgotten."""
+        missing = [
+            file
+            for file in self._present()
+            if file is not self._file.summary and not (self.directory / file.path).exists()
+        ]
+        self._gone.update(file.path for file in missing)
+        return missing
+
+    def let_go(self) -> None:
+        """Complete the file wherever it has been moved to; one that was deleted counts no more."""
+        self._file.forget()
+        self._file.finish(self._describe())
+        self._file.commit()
+        self._file.forget()
+
     def _next_file(self) -> McapFile:
         path = self.directory / f"{self._name}_{len(self._files)}.mcap"
-        summaries = [*self._files, FileSummary(path.name)]
+        summaries = [*self._present(), FileSummary(path.name)]
         description = describe(self._channels, summaries, self._metadata)
         records = {
             RECORD_NAME: self._metadata,
@@ -136,7 +160,10 @@ class Bag:
         return file
 
     def _describe(self) -> dict[str, Any]:
-        return describe(self._channels, self._files, self._metadata)
+        return describe(self._channels, self._present(), self._metadata)
+
+    def _present(self) -> list[FileSummary]:
+        return [file for file in self._files if file.path not in self._gone]
 
     @staticmethod
     def _sum(parts: Sequence[Mapping[str, int]]) -> dict[str, int]:

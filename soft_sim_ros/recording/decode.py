@@ -123,6 +123,9 @@ _WALKS: dict[str, Callable[[_Walk], None]] = {
 }
 
 
+KNOWN = frozenset(_WALKS)  # types that can be decoded here
+
+
 @dataclass(frozen=True)
 class Stack:
     """Messages of one type and one layout, T of them.

@@ -30,6 +30,7 @@ class Stage:
     """What the ``mcap`` writer takes for its file: bytes on disk, then bytes still in memory."""
 
     def __init__(self, path: Path) -> None:
+        self.path = path
         self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
         self._bytes = bytearray()
         self.committed = 0
@@ -64,14 +65,38 @@ class Stage:
         self.committed += done
         self._bytes.clear()
 
+    def sync(self) -> None:
+        """Have the disk hold what the operating system has."""
+        if self._file >= 0:
+            os.fsync(self._file)
+
     def close(self) -> None:
         """Give the file up; what is still in memory is lost."""
         if self._file >= 0:
             file, self._file = self._file, -1
-            try:
-                os.fsync(file)
-            finally:
-                os.close(file)
+            os.close(file)
+
+    def trouble(self) -> str:
+        """Say what others have done to the file; empty if nothing."""
+        if self._file < 0:
+            return ""
+        ours = os.fstat(self._file)
+        if ours.st_nlink == 0:
+            return "was deleted"
+        if ours.st_size < self.committed:
+            return f"was cut to {ours.st_size} of {self.committed} bytes by somebody else"
+        try:
+            there = os.stat(self.path)
+        except (FileNotFoundError, NotADirectoryError):
+            return "was moved away"
+        # on some network disks the number of a file changes, but then it is as large as ours
+        same = (there.st_dev, there.st_ino) == (ours.st_dev, ours.st_ino)
+        return "" if same or there.st_size == ours.st_size else "was replaced by another file"
+
+    @property
+    def named(self) -> bool:
+        """Whether the file still has a name somewhere."""
+        return self._file >= 0 and os.fstat(self._file).st_nlink > 0
 
 
 class McapFile:
@@ -106,6 +131,7 @@ class McapFile:
             self._stage,  # type: ignore[arg-type]
             chunk_size=CHUNK_BYTES,
             compression=CompressionType.LZ4,
+            enable_data_crcs=True,
         )
         self._writer.start(PROFILE)
         now = time.time_ns()
@@ -120,7 +146,9 @@ class McapFile:
             key = (channel.type, channel.schema_encoding, channel.schema)
             if key not in schemas:
                 schemas[key] = self._writer.register_schema(
-                    channel.type, channel.schema_encoding, channel.schema.encode()
+                    channel.type,
+                    channel.schema_encoding,
+                    channel.schema.encode(errors="surrogateescape"),
                 )
             self._ids.append(
                 self._writer.register_channel(
@@ -162,6 +190,19 @@ class McapFile:
             self._writer.add_metadata("rosbag2", {"serialized_metadata": dump(dict(description))})
             self._writer.finish()
             self._finished = True
+
+    def sync(self) -> None:
+        """Have the disk hold what the operating system has."""
+        self._stage.sync()
+
+    def trouble(self) -> str:
+        """Say what others have done to the file; empty if nothing."""
+        return self._stage.trouble()
+
+    def forget(self) -> None:
+        """Count nothing of a file that is no more."""
+        if not self._stage.named:
+            self.kept = {}
 
     def close(self) -> None:
         """Give the file up; what is not on disk is lost."""

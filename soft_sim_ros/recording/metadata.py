@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from soft_sim_ros.recording.claims import profiles, qualities
 from soft_sim_ros.recording.topics import Qos
 
 FILE_NAME = "metadata.yaml"
@@ -39,13 +41,7 @@ class Channel:
     @property
     def qos(self) -> Qos:
         """Quality of service recorded for the topic; what is not known is the default."""
-        profiles = yaml.safe_load(self.metadata.get("offered_qos_profiles", "")) or [{}]
-        known = {
-            key: profiles[0][key]
-            for key in ("depth", "reliability", "durability", "history")
-            if isinstance(profiles[0].get(key), int if key == "depth" else str)
-        }
-        return Qos(**known)
+        return Qos(**qualities(self.metadata.get("offered_qos_profiles", "")))
 
 
 @dataclass
@@ -94,14 +90,14 @@ def describe(
     end = max((file.end for file in filled), default=0)
     topics = []
     for channel in channels:
-        profiles = yaml.safe_load(channel.metadata.get("offered_qos_profiles", "")) or []
+        offered = profiles(channel.metadata.get("offered_qos_profiles", ""))
         topics.append(
             {
                 "topic_metadata": {
                     "name": channel.topic,
                     "type": channel.type,
                     "serialization_format": channel.encoding,
-                    "offered_qos_profiles": profiles,
+                    "offered_qos_profiles": deepcopy(list(offered)),  # shared, it were an alias
                     "type_description_hash": channel.metadata.get("topic_type_hash", ""),
                 },
                 "message_count": sum(file.counts.get(channel.topic, 0) for file in files),

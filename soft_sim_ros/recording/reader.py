@@ -12,7 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_sim_ros.errors import RecordingError
+from soft_sim_ros.foreign import printable
 from soft_sim_ros.recording import topics
+from soft_sim_ros.recording.axis import LOG, axis_of
+from soft_sim_ros.recording.claims import words
 from soft_sim_ros.recording.decode import Decoded, DecodeError, Stack, Wrench, decode, stack
 from soft_sim_ros.recording.mcap_file import RECORD_NAME
 from soft_sim_ros.recording.scan import Scan, scan
@@ -46,12 +49,18 @@ class Input(NamedTuple):
 class Run:
     """A recording, read into memory; arrays are decoded when first asked for.
 
-    Topics that were not recorded are empty series. Times are simulation times.
+    Topics that were not recorded are empty series. Times are simulation times: those of the log, or
+    where another program has recorded by the clock on the wall, those of the stamps in the messages
+    (``axis.py``).
 
     Parameters
     ----------
     content : what was read of the files
     node : full name of the node, if the recording holds more than one arm
+
+    Attributes
+    ----------
+    time_axis : where the times come from, in words
     """
 
     def __init__(self, content: Scan, node: str | None = None) -> None:
@@ -61,14 +70,18 @@ class Run:
         self.attachments: dict[str, bytes] = content.attachments
         self.metadata: dict[str, str] = content.metadata.get(RECORD_NAME, {})
         self.channels = content.channels
-        self._messages = sorted(content.messages, key=lambda message: message[0])
         self._known = self._find_known(node)
+        ours = RECORD_NAME in content.metadata  # written by this package: by simulation time
+        axis = LOG if ours else axis_of(content, self._known)
+        self.time_axis: str = axis.words
+        messages = axis.moved(content.messages) if len(axis.log) else content.messages
+        self._messages = sorted(messages, key=lambda message: message[0])
 
     def __repr__(self) -> str:
         torn = ", torn" if self.torn else ""
         return (
             f"Run({str(self.path)!r}: {self.start:.9g} s to {self.end:.9g} s, "
-            f"{len(self._messages)} messages{torn})"
+            f"{len(self._messages)} messages{torn}, by {self.time_axis})"
         )
 
     # -- as arrays ----------------------------------------------------------------------------
@@ -183,9 +196,15 @@ class Run:
 
     @property
     def scene_text(self) -> str | None:
-        """Scene the run was made from, as it was written; None if it is not inside."""
+        """Scene the run was made from, as it was written; None if it is not inside.
+
+        Raises
+        ------
+        RecordingError
+            if it is not UTF-8
+        """
         data = self.attachments.get("scene.yaml")
-        return None if data is None else data.decode()
+        return None if data is None else words(self.path, "scene.yaml", data)
 
     # -- inside -------------------------------------------------------------------------------
 
@@ -202,13 +221,13 @@ class Run:
                 and (node is None or channel.topic == topics.resolve(name, node))
             ]
             if len(fitting) > 1:
-                named = ", ".join(self.channels[index].topic for index in fitting)
+                named = ", ".join(printable(self.channels[index].topic) for index in fitting[:8])
                 reason = f"holds several arms ({named}): say which with node=…"
                 raise RecordingError(self.path, reason)
             if fitting:
                 known[key] = fitting[0]
         if self.channels and not known:
-            found = ", ".join(f"{c.topic} ({c.type})" for c in self.channels[:8])
+            found = ", ".join(f"{printable(f'{c.topic} ({c.type})')}" for c in self.channels[:8])
             expected = ", ".join(name for name, *_ in topics.ALL.values())
             of = "" if node is None else f" of {node}"
             reason = f"holds none of the topics {expected}{of}; it holds {found}"

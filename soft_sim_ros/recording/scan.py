@@ -7,28 +7,35 @@ keeps whatever is whole.
 
 from __future__ import annotations
 
-import re
 import struct
+import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
-import yaml
 from mcap import records
-from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.stream_reader import get_chunk_data_stream
 from zstandard import ZstdError
 
 from soft_sim_ros.errors import RecordingError
-from soft_sim_ros.recording.metadata import FILE_NAME, Channel
+from soft_sim_ros.recording.find import find_files
+from soft_sim_ros.recording.metadata import Channel
+from soft_sim_ros.recording.unpack import (
+    MOST_RECORD,
+    OVERHEAD,
+    Budget,
+    Strict,
+    attachment,
+    unpacked,
+)
 
 MAGIC = b"\x89MCAP0\r\n"
 _RECORD = struct.Struct("<BQ")  # opcode, length of what follows
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
+_LATEST = 2**63 - 1  # ns
+_MOST_CHANNELS = 4096
 
 # what the decompressors and parsers of the mcap package say about bytes they cannot use
 _BAD_BYTES = (McapError, ValueError, struct.error, RuntimeError, ZstdError)
@@ -54,7 +61,7 @@ class Scan:
     attachments : files kept inside, by name
     metadata : metadata records, by name; the last of each name
     torn : whether a file lacks its end
-    damaged : number of chunks that had to be left out
+    damaged : number of chunks and records that had to be left out, or are not as they were written
     """
 
     path: Path
@@ -65,47 +72,6 @@ class Scan:
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     torn: bool = False
     damaged: int = 0
-
-
-def _number(path: Path) -> tuple[str, int]:
-    match = re.fullmatch(r"(.*?)(\d*)", path.stem)
-    assert match is not None  # every name matches
-    return match[1], int(match[2] or -1)
-
-
-def find_files(path: str | Path) -> list[Path]:
-    """Find the MCAP files of a recording, in order.
-
-    Parameters
-    ----------
-    path : a rosbag2 directory (``metadata.yaml`` may be missing), or one MCAP file
-    """
-    path = Path(path)
-    if path.is_file():
-        return [path]
-    if not path.is_dir():
-        raise RecordingError(path, "does not exist; expected a rosbag2 directory or an .mcap file")
-    files = sorted(path.glob("*.mcap"), key=_number)
-    missing = [name for name in _listed(path) if not (path / name).exists()]
-    if missing:
-        named = ", ".join(missing)
-        raise RecordingError(path, f"{FILE_NAME} names {named}, which is not there")
-    if not files:
-        inside = sorted(entry.name for entry in path.iterdir())
-        found = ", ".join(inside[:8]) + (", …" if len(inside) > 8 else "")
-        reason = f"is not a recording: expected *.mcap and {FILE_NAME}, found {found or 'nothing'}"
-        raise RecordingError(path, reason)
-    return files
-
-
-def _listed(directory: Path) -> list[str]:
-    """Give the MCAP files that metadata.yaml names; a damaged metadata.yaml names none."""
-    try:
-        content = yaml.safe_load((directory / FILE_NAME).read_text("utf-8"))
-        names = content["rosbag2_bagfile_information"]["relative_file_paths"]
-    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError):
-        return []  # the files speak for themselves
-    return [str(name) for name in names or []]
 
 
 def scan(path: str | Path, take: Take | None = None) -> Scan:
@@ -128,6 +94,7 @@ def scan(path: str | Path, take: Take | None = None) -> Scan:
         def take(time_ns: int, index: int, data: bytes) -> None:
             found.messages.append((time_ns, index, data))
 
+    budget = Budget(found.path)
     for file in found.files:
         with file.open("rb") as stream:
             if stream.read(len(MAGIC)) != MAGIC:
@@ -136,32 +103,33 @@ def scan(path: str | Path, take: Take | None = None) -> Scan:
                 found.torn = True
                 continue
             try:
-                _scan_file(stream, file.stat().st_size, found, take)
+                _scan_file(stream, file.stat().st_size, found, take, budget)
             except _Torn:
                 found.torn = True
     return found
 
 
-def _scan_file(stream: BinaryIO, size: int, found: Scan, take: Take) -> None:
-    parser = _Parser(found, take)
-    for opcode, body in _records(stream, size):
-        try:
-            if opcode == Opcode.CHUNK:
-                parser.chunk(body)
-            elif opcode == Opcode.ATTACHMENT:
-                attachment = records.Attachment.read(ReadDataStream(BytesIO(body)))
-                found.attachments[attachment.name] = attachment.data
-            elif opcode == Opcode.METADATA:
-                metadata = records.Metadata.read(ReadDataStream(BytesIO(body)))
-                found.metadata[metadata.name] = metadata.metadata
-            else:
-                parser.record(opcode, body)
-        except _BAD_BYTES:
+def _scan_file(stream: BinaryIO, size: int, found: Scan, take: Take, budget: Budget) -> None:
+    parser = _Parser(found, take, budget)
+    crc, before = zlib.crc32(MAGIC), found.damaged
+    without_magic = 0  # some leave it out of the checksum
+    for opcode, head, body in _records(stream, size):
+        budget.add(len(head) + len(body or b""))
+        if opcode == Opcode.DATA_END and found.damaged == before and body is not None:
+            # what no checksum of a chunk covers, such as the facts of the run
+            parser.check(body, (crc, without_magic))
+        if body is None:
             found.damaged += 1
+            continue
+        crc, without_magic = (zlib.crc32(body, zlib.crc32(head, c)) for c in (crc, without_magic))
+        parser.one(opcode, body)
 
 
-def _records(stream: BinaryIO, size: int) -> Iterator[tuple[int, bytes]]:
-    """Yield (opcode, body) up to the footer; raise _Torn if there is none."""
+def _records(stream: BinaryIO, size: int) -> Iterator[tuple[int, bytes, bytes | None]]:
+    """Yield (opcode, head, body) up to the footer; raise _Torn if there is none.
+
+    There is no body where it would be too large to be one.
+    """
     while True:
         head = stream.read(_RECORD.size)
         if len(head) < _RECORD.size:
@@ -171,53 +139,98 @@ def _records(stream: BinaryIO, size: int) -> Iterator[tuple[int, bytes]]:
             raise _Torn  # a record cut short, or bytes that are no record
         if opcode == Opcode.FOOTER:
             return
-        yield opcode, stream.read(length)
+        if length > MOST_RECORD:
+            stream.seek(length, 1)
+            yield opcode, head, None
+        else:
+            yield opcode, head, stream.read(length)
 
 
 class _Parser:
     """Takes the channels and messages of one file; its numbers of channels are its own."""
 
-    def __init__(self, found: Scan, take: Take) -> None:
-        self._found = found
-        self._take = take
+    def __init__(self, found: Scan, take: Take, budget: Budget) -> None:
+        self._found, self._take, self._budget = found, take, budget
         self._schemas: dict[int, records.Schema] = {}
         self._indices: dict[int, int] = {}  # channel number: index in found.channels
+        self._known = {_identity(channel): i for i, channel in enumerate(found.channels)}
 
-    def chunk(self, body: bytes) -> None:
-        chunk = records.Chunk.read(ReadDataStream(BytesIO(body)))
-        content, length = get_chunk_data_stream(chunk, validate_crc=True)
-        data = content.read(length)
-        at = 0
+    def one(self, opcode: int, body: bytes) -> None:
+        """Take a record; count it if it cannot be used."""
+        try:
+            if opcode == Opcode.CHUNK:
+                self._chunk(body)
+            elif opcode == Opcode.ATTACHMENT:
+                found = attachment(body)
+                self._found.attachments[found.name] = found.data
+            elif opcode == Opcode.METADATA:
+                metadata = records.Metadata.read(Strict(body))
+                self._found.metadata[metadata.name] = metadata.metadata
+            else:
+                self._inner(opcode, body)
+        except _BAD_BYTES:
+            self._found.damaged += 1
+
+    def check(self, body: bytes, checksums: tuple[int, ...]) -> None:
+        """Compare the checksum of everything before the end of the data with what is written."""
+        try:
+            (written,) = struct.unpack_from("<I", body)
+        except struct.error:
+            written = -1
+        self._found.damaged += written not in (0, *checksums)
+
+    def _chunk(self, body: bytes) -> None:
+        data = unpacked(body, self._budget)
+        at, length = 0, len(data)
         while at < length:
             opcode, size = _RECORD.unpack_from(data, at)
             at += _RECORD.size
-            self.record(opcode, data[at : at + size])
+            if size > length - at:
+                raise ValueError(f"a record of {size} bytes in the {length - at} that are left")
+            self._budget.spend(size + OVERHEAD)
+            try:
+                self._inner(opcode, data[at : at + size])
+            except _BAD_BYTES:
+                self._found.damaged += 1
             at += size
 
-    def record(self, opcode: int, body: bytes) -> None:
+    def _inner(self, opcode: int, body: bytes) -> None:
         """Take a message, channel or schema; everything else is bookkeeping of the file."""
         if opcode == Opcode.MESSAGE:
             number, _, log_time, _ = _MESSAGE.unpack_from(body)
             if number not in self._indices:
                 raise ValueError(f"message of the unknown channel {number}")
+            if log_time > _LATEST:
+                raise ValueError(f"message at {log_time} ns, beyond {_LATEST}")
             self._take(log_time, self._indices[number], body[_MESSAGE.size :])
         elif opcode == Opcode.SCHEMA:
-            schema = records.Schema.read(ReadDataStream(BytesIO(body)))
+            schema = records.Schema.read(Strict(body))
             self._schemas[schema.id] = schema
         elif opcode == Opcode.CHANNEL:
-            self._channel(records.Channel.read(ReadDataStream(BytesIO(body))))
+            self._channel(records.Channel.read(Strict(body)))
 
     def _channel(self, raw: records.Channel) -> None:
         schema = self._schemas.get(raw.schema_id) or records.Schema(0, b"", "", "")
         channel = Channel(
             raw.topic,
             schema.name,
-            schema.data.decode(),
+            schema.data.decode(errors="surrogateescape"),
             raw.metadata,
             raw.message_encoding,
             schema.encoding,
         )
-        channels = self._found.channels
-        if channel not in channels:
+        channels, identity = self._found.channels, _identity(channel)
+        if identity not in self._known:
+            if len(channels) == _MOST_CHANNELS:
+                reason = f"has more than {_MOST_CHANNELS} topics: expected a recording"
+                raise RecordingError(self._found.path, reason)
+            self._known[identity] = len(channels)
             channels.append(channel)
-        self._indices[raw.id] = channels.index(channel)
+        self._indices[raw.id] = self._known[identity]
+
+
+def _identity(channel: Channel) -> tuple[object, ...]:
+    return (
+        channel.topic, channel.type, channel.schema, channel.encoding, channel.schema_encoding,
+        tuple(sorted(channel.metadata.items())),
+    )  # fmt: skip

@@ -7,10 +7,11 @@ import json
 import threading
 import time
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 
+from soft_sim_ros.endings import undisturbed
 from soft_sim_ros.errors import RecordingError
 from soft_sim_ros.recording.bag import SPLIT_BYTES, Bag, channel
 from soft_sim_ros.recording.machine import machine_facts
@@ -20,6 +21,8 @@ LIMIT_BYTES = 64 * 1024 * 1024
 FLUSH_PERIOD = 0.25  # s of wall time; what a SIGKILL may cost, together with the poll period
 _POLL_PERIOD = 0.01  # s
 _RETRY_PERIOD = 0.25  # s between attempts on a disk that failed
+_LOOK_PERIOD = 0.25  # s between looks at whether the files are still there
+CLOSING_PATIENCE = 3.0  # s for which closing waits for a disk that fails
 _OVERHEAD = 160  # bytes that a queued message costs beyond its data
 _BURST = 8  # messages taken before the interpreter is left to other threads ...
 _BACKLOG = 1024 * 1024  # ... as long as the queue is shorter than this, bytes
@@ -31,7 +34,8 @@ class BagWriter:
     ``write`` puts a message into a queue and returns at once. While the disk fails or lags, the
     queue fills; what no longer fits is dropped and counted. When the disk works again, the queue
     goes to it and the recording goes on. No error of the disk ever reaches the caller of
-    ``write``; the last one is kept in ``error``.
+    ``write``; the last one is kept in ``error``. If somebody deletes or moves the file that is
+    being written, nothing more is recorded: ``recording`` says so, and what follows is counted.
 
     Parameters
     ----------
@@ -42,6 +46,7 @@ class BagWriter:
         added
     limit_bytes : size of the queue
     split_bytes : size at which a new MCAP file is begun
+    on_loss : told in words, from the thread of the disk, when files are taken away
 
     Raises
     ------
@@ -58,12 +63,15 @@ class BagWriter:
         attachments: Mapping[str, bytes] | None = None,
         limit_bytes: int = LIMIT_BYTES,
         split_bytes: int = SPLIT_BYTES,
+        on_loss: Callable[[str], None] = lambda text: None,
     ) -> None:
         begun = datetime.now().astimezone().isoformat(" ", "seconds")
         facts = json.dumps({"recorded": begun} | machine_facts(), indent=1).encode()
         self.directory = Path(directory)
         self.limit_bytes = limit_bytes
         self.error: str | None = None
+        self.complete = False
+        self._on_loss = on_loss
         self._topics = tuple(topics)
         self._index = {topic.key: index for index, topic in enumerate(self._topics)}
         self._bag = Bag(
@@ -84,7 +92,7 @@ class BagWriter:
         self._written = 0
         self._open = True
         self._failing = False
-        self._committed_at = self._tried_at = time.monotonic()
+        self._committed_at = self._tried_at = self._looked_at = time.monotonic()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="bag writer", daemon=True)
         self._thread.start()
@@ -110,6 +118,11 @@ class BagWriter:
     def queued_bytes(self) -> int:
         """Bytes in the queue."""
         return self._entered - self._left
+
+    @property
+    def recording(self) -> bool:
+        """Whether messages are still taken."""
+        return self._open
 
     @property
     def failing(self) -> bool:
@@ -161,13 +174,15 @@ class BagWriter:
     def close(self, timeout: float = 30.0) -> None:
         """Write what is queued, complete the recording and stop; a second call does nothing.
 
-        If the disk does not take the rest, that rest is counted as dropped and the recording
-        stays as a torn one, readable up to there.
+        A disk that fails is tried again for CLOSING_PATIENCE s. If it does not take the rest, that
+        rest is counted as dropped and the recording stays as a torn one, readable up to there:
+        ``complete`` says which it is. Signals have to wait until it is done.
         """
         with self._gate:
             self._open = False
         self._stop.set()
-        self._thread.join(timeout)
+        with undisturbed():
+            self._thread.join(timeout)
         if self._thread.is_alive():
             self.error = f"{self.directory}: the disk did not take the rest within {timeout:g} s"
         atexit.unregister(self.close)
@@ -182,10 +197,38 @@ class BagWriter:
         try:
             while not self._stop.wait(_POLL_PERIOD):
                 self._work()
+                if not self._there():
+                    return
             self._finish()
         except Exception as reason:  # a thread that dies must say so, and must not keep a queue
             self._fail(f"{type(reason).__name__}: {reason}")
             self._give_up()
+
+    def _there(self, at_once: bool = False) -> bool:
+        """Look now and then whether the files are still there; end the recording if they are not.
+
+        A finished part of a long recording that is taken away costs only itself.
+        """
+        now = time.monotonic()
+        if now - self._looked_at < _LOOK_PERIOD and not at_once:
+            return True
+        self._looked_at = now
+        for file in self._bag.gone():
+            for index, topic in enumerate(self._topics):
+                self._lost[index] += file.counts.get(topic.name, 0)
+            self._written = sum(self._bag.kept().values())
+            self.error = f"{self.directory / file.path} was deleted or moved away"
+            self._on_loss(self.error)
+        if not (trouble := self._bag.trouble()):
+            return True
+        try:
+            self._bag.let_go()
+        except OSError:
+            self._failing = True  # the disk of the moved file is full, too; what it holds counts
+        self._give_up()
+        self.error = f"{trouble}: nothing is recorded any more"
+        self._on_loss(self.error)
+        return False
 
     def _work(self) -> None:
         """Take over what is queued, and flush when it is time."""
@@ -222,16 +265,23 @@ class BagWriter:
         self._written = sum(self._bag.kept().values())
 
     def _finish(self) -> None:
-        try:
-            if self._failing:
-                self._commit()
-            self._take()
-            self._bag.close()
-            self._written = sum(self._bag.kept().values())
-            self._failing = False
-        except OSError as reason:
-            self._fail(f"{reason.strerror} (errno {reason.errno})")
-            self._give_up()
+        deadline = time.monotonic() + CLOSING_PATIENCE
+        while self._there(at_once=True):
+            try:
+                if self._failing:
+                    self._commit()
+                self._take()
+                self._bag.close()
+                self._written = sum(self._bag.kept().values())
+                self._failing = False
+                self.complete = True
+                return
+            except OSError as reason:
+                self._fail(f"{reason.strerror} (errno {reason.errno})")
+            if time.monotonic() > deadline:
+                self._give_up()
+                return
+            time.sleep(_RETRY_PERIOD)
 
     def _fail(self, reason: str) -> None:
         self._failing = True
@@ -242,6 +292,7 @@ class BagWriter:
         with self._gate:
             self._open = False
         taken, kept = self._bag.taken(), self._bag.kept()
+        self._written = sum(kept.values())
         for index, topic in enumerate(self._topics):
             self._lost[index] += taken.get(topic.name, 0) - kept.get(topic.name, 0)
         while self._queue:

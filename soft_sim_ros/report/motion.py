@@ -12,7 +12,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from numpy.typing import NDArray
 
 from soft_sim_ros.recording.reader import Run
-from soft_sim_ros.report.style import FAINT, INK, TIME_COLOURS, stride
+from soft_sim_ros.report.style import FAINT, INK, TIME_COLOURS, shown, stride
 
 SNAPSHOTS = 28
 _AXES = "xyz"
@@ -23,18 +23,19 @@ def motion(run: Run, snapshots: int = SNAPSHOTS) -> Figure:
 
     Parameters
     ----------
-    run : recording with at least one backbone message
+    run : recording with at least one backbone that is drawable
     snapshots : number of instants drawn
     """
-    backbone = run.backbone
-    chosen = stride(len(backbone), snapshots)
-    curves = backbone.positions[chosen]
-    path = backbone.positions[stride(len(backbone), 600), -1]
-    path_time = backbone.time[stride(len(backbone), 600)]
-    low, high = _box(backbone.positions)
-    span = Normalize(backbone.time[0], max(backbone.time[-1], backbone.time[0] + 1e-3))
+    drawn = drawable(run)
+    times, positions = run.backbone.time[drawn], run.backbone.positions[drawn]
+    chosen = stride(len(times), snapshots)
+    curves = positions[chosen]
+    path = positions[stride(len(times), 600), -1]
+    path_time = times[stride(len(times), 600)]
+    low, high = _box(positions)
+    span = Normalize(times[0], max(times[-1], times[0] + 1e-3))
     colours = ScalarMappable(span, TIME_COLOURS)
-    shades = colours.to_rgba(backbone.time[chosen])
+    shades = colours.to_rgba(times[chosen])
 
     figure = Figure(figsize=(10, 5.2), layout="constrained")
     planes = _projections(high - low)
@@ -59,13 +60,20 @@ def motion(run: Run, snapshots: int = SNAPSHOTS) -> Figure:
     return figure
 
 
+def drawable(run: Run) -> NDArray:
+    """Tell which backbones (T,) can be drawn: all of their positions are numbers, and sane ones."""
+    positions = run.backbone.positions
+    if not positions.size:
+        return np.zeros(len(run.backbone), bool)
+    return np.isfinite(shown(positions)).all(axis=(1, 2))
+
+
 def _box(points: NDArray) -> tuple[NDArray, NDArray]:
     """Give the corners of a box (3,) around all points, with a margin and never flat.
 
     Arms are slender and some move in a plane: a box as flat as the motion could not be read.
     """
     flat = points.reshape(-1, 3)
-    flat = flat[np.isfinite(flat).all(axis=1)]
     low, high = flat.min(axis=0), flat.max(axis=0)
     middle, half = (low + high) / 2, (high - low) / 2
     half = np.maximum(half * 1.06, max(0.45 * half.max(), 1e-6))

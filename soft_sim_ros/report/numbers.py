@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,24 +9,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_sim_ros.errors import RecordingError
+from soft_sim_ros.foreign import printable
+from soft_sim_ros.recording import claims
 from soft_sim_ros.recording.reader import Run
 from soft_sim_ros.report.units import grouped, port_units
 
 SUMMARY = "summary.json"
+_MOST_ROWS = 100
+_LONGEST = 200  # characters of a text in a table
 Rows = list[tuple[str, str]]
 
 
 def read_summary(directory: Path) -> dict[str, Any]:
     """Read the ``summary.json`` beside a recording; without one, nothing is known."""
-    path = directory / SUMMARY
-    if not path.exists():
-        return {}
-    try:
-        content = json.loads(path.read_text("utf-8"))
-    except ValueError as reason:
-        raise RecordingError(path, f"is not JSON: {reason}") from reason
-    return content if isinstance(content, dict) else {}
+    return claims.summary(directory / SUMMARY)
 
 
 def tip_path(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -40,10 +35,27 @@ def tip_path(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return backbone.time, backbone.positions[:, -1]
 
 
+def fastest(time: NDArray[np.float64], position: NDArray[np.float64]) -> float:
+    """Give the largest speed between two instants that differ, m/s; NaN without any."""
+    moved = np.diff(time) > 0.0
+    steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    return float((steps[moved] / np.diff(time)[moved]).max(initial=0.0)) if moved.any() else np.nan
+
+
+def not_finite(run: Run) -> int:
+    """Count the recorded states in which some number is not finite."""
+    series = (run.backbone.poses, run.tip_pose.poses, run.joint_states.position,
+              run.joint_states.velocity, run.joint_states.effort, run.strain_state.position,
+              run.strain_state.velocity, run.energy.values)  # fmt: skip
+    parts = [values.reshape(len(values), -1) for values in series if values.size]
+    return max((int((~np.isfinite(part)).any(axis=1).sum()) for part in parts), default=0)
+
+
 def motion_rows(run: Run) -> Rows:
     """Say how long, how far and how fast."""
     rows = [
         ("Simulated time", f"{run.start:.6g} s to {run.end:.6g} s"),
+        ("Times are", run.time_axis),
         ("Messages", f"{sum(run.counts.values()):,}"),
     ]
     time, position = tip_path(run)
@@ -53,7 +65,7 @@ def motion_rows(run: Run) -> Rows:
         rows += [
             ("Path of the tip", f"{steps.sum():.4g} m"),
             ("Room taken by the tip", " × ".join(f"{e:.3g}" for e in extent) + " m"),
-            ("Fastest tip speed", f"{(steps / np.diff(time)).max():.4g} m/s"),
+            ("Fastest tip speed", f"{fastest(time, position):.4g} m/s"),
             ("Tip at the end", "(" + ", ".join(f"{p:.5g}" for p in position[-1]) + ") m"),
         ]
     for title, series in (("Actuators", run.joint_states), ("Coordinates", run.strain_state)):
@@ -77,7 +89,7 @@ def _largest_efforts(run: Run) -> list[str]:
     told = []
     for (unit, _), members in grouped(joints.name, port_units(run)).items():
         first = max(members, key=lambda index: largest[index])
-        told.append(f"{largest[first]:.4g} {unit}".rstrip() + f" ({joints.name[first]})")
+        told.append(f"{largest[first]:.4g} {unit}".rstrip() + f" ({short(joints.name[first])})")
     return told
 
 
@@ -99,8 +111,8 @@ def accuracy_rows(run: Run, summary: Mapping[str, Any]) -> Rows:
         told = "none: its companion gave up" if estimate is None else f"{estimate:.2g} of length"
         rows.append(("Estimated error of the tip", told))
         rows.append(("Tolerance", f"{contract['tolerance']:g} of length"))
-    for key, value in (summary.get("solver") or {}).items():
-        rows.append((f"Solver {key}", _plain(value)))
+    for key, value in list((summary.get("solver") or {}).items())[:_MOST_ROWS]:
+        rows.append((f"Solver {short(key)}", _plain(value)))
     return rows
 
 
@@ -127,18 +139,21 @@ def speed_rows(summary: Mapping[str, Any]) -> Rows:
 
 def machine_rows(run: Run) -> Rows:
     """Say what it ran on, from the facts kept inside the recording."""
-    return [(key, str(value)) for key, value in _facts(run).items() if value and key != "recorded"]
+    facts = claims.machine(run.path, run.attachments)
+    rows = [(short(key), short(value)) for key, value in facts.items() if value]
+    return [row for row in rows if row[0] != "recorded"][:_MOST_ROWS]
 
 
 def date(run: Run) -> str | None:
     """Say when the recording was begun, by the clock of its machine."""
-    return _facts(run).get("recorded")
+    return claims.machine(run.path, run.attachments).get("recorded")
 
 
-def _facts(run: Run) -> dict[str, str]:
-    facts: dict[str, str] = json.loads(run.attachments.get("machine.json", b"{}"))
-    return facts
+def short(text: str) -> str:
+    """Give a text from a recording so that a table or a picture can hold it."""
+    shown = printable(text).replace("\n", " ")
+    return shown if len(shown) <= _LONGEST else shown[: _LONGEST - 2] + " …"
 
 
 def _plain(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return f"{value:.4g}" if isinstance(value, float) else short(str(value))

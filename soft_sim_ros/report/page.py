@@ -9,9 +9,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import yaml
-
 from soft_sim_ros.errors import RecordingError
+from soft_sim_ros.files import write_whole
+from soft_sim_ros.foreign import printable
+from soft_sim_ros.recording.claims import scene_name
 from soft_sim_ros.recording.reader import Run, read_run
 from soft_sim_ros.report import numbers
 from soft_sim_ros.report.style import RC
@@ -69,7 +70,7 @@ def write_report(run_directory: str | Path, out: str | Path | None = None) -> Pa
     folder = source.parent if source.is_file() else source
     path = Path(out) if out is not None else folder / "report.html"
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(_page(run, numbers.read_summary(folder)), encoding="utf-8")
+    write_whole(path, _page(run, numbers.read_summary(folder)))
     return path
 
 
@@ -89,11 +90,13 @@ def picture(run: Run | str | Path, path: str | Path) -> Path:
     run = run if isinstance(run, Run) else read_run(run)
     if len(run.backbone) == 0:
         raise RecordingError(run.path, "cannot be drawn: it holds no backbone messages")
+    from soft_sim_ros.report.motion import drawable, motion
+
+    if not drawable(run).any():
+        raise RecordingError(run.path, "cannot be drawn: no backbone in it has finite positions")
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    from soft_sim_ros.report.motion import motion
-
-    path.write_bytes(drawn(lambda: motion(run), "png"))
+    write_whole(path, drawn(lambda: motion(run), "png"))
     return path
 
 
@@ -113,7 +116,8 @@ def drawn(draw: Callable[[], Figure], kind: str) -> bytes:
 def _page(run: Run, summary: dict) -> str:
     title = html.escape(_title(run))
     date = numbers.date(run)
-    origin = f"recorded {date}, {run.path.resolve()}" if date else str(run.path.resolve())
+    place = printable(str(run.path.resolve()))
+    origin = f"recorded {numbers.short(date)}, {place}" if date else place
     parts = [
         f"<h1>{title}</h1>",
         f'<p class="sub">{html.escape(origin)}</p>',
@@ -125,12 +129,12 @@ def _page(run: Run, summary: dict) -> str:
         _table("Accuracy", numbers.accuracy_rows(run, summary)),
         _table("Machine and versions", numbers.machine_rows(run)),
         "</div>",
-        _table("Messages by topic", [(t, f"{n:,}") for t, n in run.counts.items()]),
+        _table("Messages by topic", [(numbers.short(t), f"{n:,}") for t, n in run.counts.items()]),
     ]
     if run.scene_text is not None:
         parts.append(
             '<details class="card"><summary>Scene</summary>'
-            f"<pre>{html.escape(run.scene_text)}</pre></details>"
+            f"<pre>{html.escape(printable(run.scene_text))}</pre></details>"
         )
     body = "\n".join(part for part in parts if part)
     return (
@@ -143,12 +147,7 @@ def _page(run: Run, summary: dict) -> str:
 
 def _title(run: Run) -> str:
     """Name of the scene if it has one, else of the directory."""
-    try:
-        scene = yaml.safe_load(run.scene_text or "")
-    except yaml.YAMLError:
-        scene = None  # it could be simulated once, so this is a scene of a later version
-    name = scene.get("name") if isinstance(scene, dict) else None
-    return str(name or run.path.resolve().name)
+    return numbers.short(scene_name(run.scene_text or "") or run.path.resolve().name)
 
 
 def _notes(run: Run, summary: dict) -> str:
@@ -157,12 +156,14 @@ def _notes(run: Run, summary: dict) -> str:
     if run.torn:
         notes.append(f"This recording was never closed; it is readable up to {run.end:.6g} s.")
     if run.damaged_chunks:
-        notes.append(f"{run.damaged_chunks} parts of the recording are damaged and left out.")
+        notes.append(f"{run.damaged_chunks} parts of the recording are damaged.")
+    if odd := numbers.not_finite(run):
+        notes.append(f"{odd} of the recorded states hold numbers that are not finite.")
     dropped = (summary.get("recording") or {}).get("dropped")
     if dropped:
         notes.append(f"{dropped} messages were dropped because the disk was too slow or full.")
     diverged = [text for _, text in run.events if text.startswith("diverged")]
-    notes += [f"The solver gave up: {text}" for text in diverged[:1]]
+    notes += [f"The solver gave up: {numbers.short(text)}" for text in diverged[:1]]
     if not notes:
         return ""
     return '<div class="note">' + "".join(f"<p>{html.escape(n)}</p>" for n in notes) + "</div>"
@@ -170,10 +171,10 @@ def _notes(run: Run, summary: dict) -> str:
 
 def _pictures(run: Run, summary: dict) -> str:
     from soft_sim_ros.report import plots
-    from soft_sim_ros.report.motion import motion
+    from soft_sim_ros.report.motion import drawable, motion
 
     pictures: list[tuple[str, bool, Callable[[], Figure]]] = [
-        ("Backbone and path of the tip", len(run.backbone) > 0, lambda: motion(run)),
+        ("Backbone and path of the tip", bool(drawable(run).any()), lambda: motion(run)),
         ("Tip", len(numbers.tip_path(run)[0]) > 0, lambda: plots.tip(run)),
         ("Actuators", bool(run.joint_states.name), lambda: plots.actuators(run)),
         ("Energy", len(run.energy) > 0, lambda: plots.energy(run)),

@@ -12,12 +12,13 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
 from soft_sim_ros.recording.reader import Run
-from soft_sim_ros.report.numbers import tip_path
-from soft_sim_ros.report.style import COLOURS, FAINT, INK, look, thin
+from soft_sim_ros.report.numbers import short, tip_path
+from soft_sim_ros.report.style import COLOURS, FAINT, INK, look, shown, thin
 from soft_sim_ros.report.units import grouped, port_units
 
 _WIDTH = 10.0
 _MOST_NAMES = 12  # more lines than this are drawn without a legend
+_MOST_LINES = 64  # no more are drawn
 
 
 def tip(run: Run) -> Figure:
@@ -28,6 +29,8 @@ def tip(run: Run) -> Figure:
         upper.plot(*thin(time, position[:, index]), label=name, **look(index))
     upper.set(title="Tip position", ylabel="m")
     _legend(upper)
+    distinct = np.concatenate([[True], np.diff(time) > 0.0]) if len(time) else np.empty(0, bool)
+    time, position = time[distinct], shown(position[distinct])
     if len(time) > 1:
         speed = np.linalg.norm(np.gradient(position, time, axis=0), axis=1)
         lower.plot(*thin(time, speed), color=INK, linewidth=1.0)
@@ -39,18 +42,18 @@ def tip(run: Run) -> Figure:
 def actuators(run: Run) -> Figure:
     """Draw effort and conjugate position of every actuator; what shares axes shares its unit."""
     joints = run.joint_states
-    groups = grouped(joints.name, port_units(run))
+    groups = grouped(joints.name[:_MOST_LINES], port_units(run))
     figure = Figure(figsize=(_WIDTH, 4.6 * len(groups)), layout="constrained")
     panels = figure.subplots(2 * len(groups), 1, sharex=True)
     for place, ((effort, position), members) in enumerate(groups.items()):
         upper, lower = panels[2 * place : 2 * place + 2]
         for index in members:
-            name = joints.name[index]
-            if joints.effort.shape[1]:
-                upper.plot(*thin(joints.time, joints.effort[:, index]), label=name, **look(index))
-            if joints.position.shape[1]:
+            label = short(joints.name[index])
+            if index < joints.effort.shape[1]:
+                upper.plot(*thin(joints.time, joints.effort[:, index]), label=label, **look(index))
+            if index < joints.position.shape[1]:
                 values = joints.position[:, index]
-                lower.plot(*thin(joints.time, values), label=name, **look(index))
+                lower.plot(*thin(joints.time, values), label=label, **look(index))
         upper.set(title="Actuator efforts", ylabel=effort)
         lower.set(title="Conjugate positions", ylabel=position)
         _legend(upper)
@@ -63,15 +66,16 @@ def energy(run: Run) -> Figure:
     """Draw the energy ledger, and below it what the ledger cannot account for."""
     ledger = run.energy
     figure, (upper, lower) = _two(1.7, 1.0)
-    shown = [name for name in ledger.names if name != "residual"]
-    for index, name in enumerate(shown):
-        upper.plot(*thin(ledger.time, ledger[name]), label=name.replace("_", " "), **look(index))
+    entries = [name for name in ledger.names if name != "residual"]
+    for index, name in enumerate(entries[:_MOST_LINES]):
+        label = short(name.replace("_", " "))
+        upper.plot(*thin(ledger.time, ledger[name]), label=label, **look(index))
     upper.set(title="Energy ledger", ylabel="J")
     _legend(upper)
     if "residual" in ledger.names:
         lower.axhline(0, color=FAINT, linewidth=1)
         lower.plot(*thin(ledger.time, ledger["residual"]), color=COLOURS[1], linewidth=1.0)
-    lower.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
+    lower.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
     lower.set(title="Residual of the ledger", ylabel="J", xlabel="time (s)")
     _mark_events(run, upper, lower)
     return figure
@@ -107,7 +111,7 @@ def _draw_cost(axes: Axes, cost: Mapping[str, Any], bins: list[Mapping[str, Any]
     high = np.array([float(b["to_us"] or max(worst, 2 * b["from_us"])) for b in bins])
     low = np.maximum([float(b["from_us"]) for b in bins], high / 10)  # 0 is far on such an axis
     counts = np.array([int(b["steps"]) for b in bins])
-    axes.bar(low, counts / counts.sum(), width=high - low, align="edge", color=COLOURS[5])
+    axes.bar(low, counts / max(counts.sum(), 1), width=high - low, align="edge", color=COLOURS[5])
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
@@ -159,7 +163,7 @@ def _mark_events(run: Run, *panels: Axes) -> None:
         panels[0].text(
             time_ns / 1e9,
             1.0,
-            f" {text.split(':')[0]}",
+            f" {short(text.split(':')[0])[:30]}",
             transform=panels[0].get_xaxis_transform(),
             fontsize=7,
             color="#66717d",

@@ -13,6 +13,7 @@ DASHES = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 TIME_COLOURS = "viridis"
 INK = "#1d2733"
 FAINT = "#d9dee4"
+_LARGEST = 1e30  # squares of it are still numbers
 
 RC: dict[Any, Any] = {
     "axes.axisbelow": True,
@@ -40,6 +41,7 @@ RC: dict[Any, Any] = {
     "savefig.facecolor": "white",
     "svg.hashsalt": "soft_sim_ros",
     "text.color": INK,
+    "text.parse_math": False,  # names come from anywhere, and a $ in them is a $
     "xtick.color": INK,
     "xtick.labelsize": 8,
     "ytick.color": INK,
@@ -55,11 +57,18 @@ def look(index: int) -> dict:
     }
 
 
+def shown(values: NDArray) -> NDArray:
+    """Give numbers that can be drawn: what is not finite, or beyond all reason, becomes a gap."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.abs(values) < _LARGEST, values, np.nan)
+
+
 def thin(time: NDArray, values: NDArray, limit: int = 1500) -> tuple[NDArray, NDArray]:
     """Thin a line (T,) out to about ``limit`` points so that its extremes stay.
 
     Every stretch of the line is replaced by its lowest and its highest point, in their order.
     """
+    values = shown(values)
     if len(time) <= limit:
         return time, values
     edges = np.linspace(0, len(time), limit // 2 + 1).astype(int)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
-import zipfile
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from soft_sim_ros.errors import UnfitFile
+from soft_sim_ros.files import MOST_TABLE, read_npz, read_text
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.scene.words import nearest
 
@@ -41,19 +43,20 @@ def read_columns(
 
 def _npz(reader: Reader, key: str, path: Path) -> dict[str, Floats]:
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            return {name: np.asarray(arrays[name], dtype=float) for name in arrays.files}
-    except (OSError, ValueError, TypeError, zipfile.BadZipFile) as error:
+        return {name: np.asarray(array, dtype=float) for name, array in read_npz(path).items()}
+    except (OSError, ValueError, TypeError, UnfitFile) as error:
         reader.refuse(f"a readable npz file of numbers beside the scene ({error})", key)
 
 
 def _csv(reader: Reader, key: str, path: Path) -> dict[str, Floats]:
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            head, *rows = [row for row in csv.reader(stream) if row]
-            numbers = np.array([[float(cell) for cell in row] for row in rows])
-            return {name.strip(): numbers[:, i] for i, name in enumerate(head)}
+        text = read_text(path, MOST_TABLE)
+        head, *rows = [row for row in csv.reader(StringIO(text, newline="")) if row]
+        numbers = np.array([[float(cell) for cell in row] for row in rows])
+        return {name.strip(): numbers[:, i] for i, name in enumerate(head)}
     except OSError as error:
         reader.refuse(f"a file beside the scene ({error.strerror})", key)
+    except UnfitFile as error:
+        reader.refuse(f"a CSV file beside the scene ({error})", key)
     except (ValueError, IndexError, csv.Error):
         reader.refuse("a CSV file: a line of names, then lines of as many numbers", key)

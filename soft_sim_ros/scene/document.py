@@ -14,11 +14,18 @@ import yaml
 from soft_sim_ros.errors import SceneError
 
 LONGEST_QUOTE = 60
+MOST_TEXT = 2_000_000  # characters
+MOST_ENTRIES = 200_000  # keys, words and lists that are written
+MOST_MEANT = 1_000_000  # the same with every alias and merge in full
 MERGE = "tag:yaml.org,2002:merge"
 
 
 class _Loader(yaml.SafeLoader):
-    """Composes nodes, and refuses tags, which would mean nothing here."""
+    """Composes nodes, and refuses tags, which would mean nothing here, and endless texts."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self._entries = 0
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         """Compose the next node."""
@@ -26,6 +33,10 @@ class _Loader(yaml.SafeLoader):
         tag = getattr(event, "tag", None)
         if tag is not None:
             raise yaml.composer.ComposerError(None, None, f"found the tag {tag}", event.start_mark)
+        self._entries += 1
+        if self._entries > MOST_ENTRIES:
+            problem = f"more than {MOST_ENTRIES} entries"
+            raise yaml.composer.ComposerError(None, None, problem, event.start_mark)
         return super().compose_node(parent, index)
 
 
@@ -44,8 +55,12 @@ class Document:
     @staticmethod
     def parse(text: str, file: str) -> Document:
         """Compose the one YAML document of a text; syntax errors name file and line."""
+        if len(text) > MOST_TEXT:
+            found = f"({len(text)} characters)"
+            raise SceneError(file, "", found, f"at most {MOST_TEXT} characters")
         try:
             root = yaml.compose(text, Loader=_Loader)
+            meant = 0 if root is None else _meant(root, {})
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             problem = error.problem or error.context or "not YAML"
@@ -56,6 +71,9 @@ class Document:
             raise _syntax_error(file, "nested too deeply") from error
         if root is None:
             raise SceneError(file, "", None, "a mapping with the key 'bodies', not an empty file")
+        if meant > MOST_MEANT:
+            found = f"(aliases and merges that stand for {meant:.1e} entries)"
+            raise SceneError(file, "", found, f"at most {MOST_MEANT} entries, aliases in full")
         return Document(file, text, root)
 
     @property
@@ -79,6 +97,20 @@ class Document:
 
 def _syntax_error(file: str, problem: str, line: int | None = None) -> SceneError:
     return SceneError(file, "", f"({problem})", "valid YAML", line)
+
+
+def _meant(node: yaml.Node, known: dict[int, int]) -> int:
+    """Count the entries below a node with every alias in full; at most a million times too many."""
+    if isinstance(node, yaml.ScalarNode):
+        return 1
+    if id(node) not in known:
+        known[id(node)] = -1
+        parts = node.value if isinstance(node, yaml.SequenceNode) else sum(node.value, ())
+        count = 1 + sum(_meant(part, known) for part in parts)
+        known[id(node)] = min(count, MOST_MEANT**2)
+    if known[id(node)] < 0:
+        raise ValueError("an alias stands for something that holds it")
+    return known[id(node)]
 
 
 def is_null(node: yaml.Node) -> bool:

@@ -7,11 +7,12 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from soft_sim_ros.errors import SceneError
+from soft_sim_ros.errors import SceneError, UnfitFile
+from soft_sim_ros.files import read_bytes
 from soft_sim_ros.paths import config_directory
 from soft_sim_ros.scene.actuator import Actuator, read_actuators
 from soft_sim_ros.scene.body import Body, read_bodies
-from soft_sim_ros.scene.document import Document
+from soft_sim_ros.scene.document import MOST_TEXT, Document
 from soft_sim_ros.scene.initial import Initial, read_initial
 from soft_sim_ros.scene.load import Load, read_loads
 from soft_sim_ros.scene.material import Material, read_material
@@ -54,14 +55,21 @@ def load_scene(path_or_name: str | Path) -> Scene:
         for anything wrong with the file, its syntax or its content
     """
     path = find_scene(path_or_name)
+    return parse_scene(read_scene(path), str(path))
+
+
+def read_scene(path: Path) -> str:
+    """Return the text of a scene file, or of one like it; it need not make sense yet."""
     try:
-        text = path.read_text(encoding="utf-8")
+        content = read_bytes(path, 4 * MOST_TEXT)
+        return content.decode()
     except UnicodeDecodeError as error:
         expected = f"UTF-8 text (byte {error.start} is not)"
         raise SceneError(str(path), "", "(not text)", expected) from error
+    except UnfitFile as error:
+        raise SceneError(str(path), "", f"({error.found})", error.expected) from error
     except OSError as error:
         raise SceneError(str(path), "", f"({error.strerror})", "a readable file") from error
-    return parse_scene(text, str(path))
 
 
 def parse_scene(text: str, file: str = "<text>") -> Scene:
@@ -116,11 +124,14 @@ def find_scene(path_or_name: str | Path) -> Path:
     scenes = packaged_scenes()
     if path.name == str(path_or_name) and path.stem in scenes and path.suffix in ("", ".yaml"):
         return scenes[path.stem]
+    if path.exists() and not path.is_dir():
+        return path  # what it is will be said by who reads it
     close = difflib.get_close_matches(path.stem, scenes, 1)
     hint = f" (did you mean {close[0]}?)" if close else ""
     packaged = f"one of the scenes {', '.join(scenes)}{hint}" if scenes else "(none is installed)"
     expected = f"an existing file or {packaged}"
-    raise SceneError(str(path_or_name), "", "(no such file)", expected)
+    found = "(a directory)" if path.is_dir() else "(no such file)"
+    raise SceneError(str(path_or_name), "", found, expected)
 
 
 def packaged_scenes() -> dict[str, Path]:

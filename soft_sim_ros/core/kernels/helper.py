@@ -6,12 +6,14 @@ import os
 import pickle
 import signal
 import sys
+import warnings
 from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
 from numba.core import event
 
+from .disk import KernelCacheWarning
 from .together import DONE
 
 
@@ -30,7 +32,9 @@ class _Names(event.Listener):
 
 def main() -> None:
     """Compile what is asked for until nobody asks any more."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started this process ends it
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)  # who started this process ends it
+    warnings.simplefilter("ignore", KernelCacheWarning)  # said by who started it
     answers = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)  # what others print is no answer
     with event.install_listener("numba:compile", _Names(answers)):

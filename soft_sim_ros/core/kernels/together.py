@@ -20,6 +20,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from .disk import _FOLDER
 from .jit import Call, signature_of
 
 Job = tuple[Any, tuple[Any, ...]]  # a unit, types of its arguments
@@ -46,7 +47,7 @@ def compile_together(calls: list[Call]) -> None:
             except OSError as failure:
                 warnings.warn(f"no other process compiles kernels: {failure}", stacklevel=2)
                 break
-        while team and queue:
+        while queue:
             try:
                 unit, types = queue.popleft()
             except IndexError:  # a helper was faster
@@ -62,30 +63,35 @@ def compile_together(calls: list[Call]) -> None:
 
 
 class _CtrlC:
-    """Remembers an interrupt: Python drops one that comes while a compiler calls back."""
+    """Remembers what Ctrl-C and the like raised: Python drops it while a compiler calls back."""
 
     def __init__(self) -> None:
-        self._seen = False
-        self._mine = (
-            threading.current_thread() is threading.main_thread()
-            and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-        )
-        if self._mine:
-            signal.signal(signal.SIGINT, self._note)
+        self._raised: BaseException | None = None
+        self._before: dict[int, Callable[[int, Any], Any]] = {}
+        if threading.current_thread() is not threading.main_thread():
+            return
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            handler = signal.getsignal(number)
+            if callable(handler):
+                self._before[number] = handler
+                signal.signal(number, self._note)
 
     def _note(self, number: int, frame: Any) -> None:
-        self._seen = True
-        signal.default_int_handler(number, frame)
+        try:
+            self._before[number](number, frame)
+        except BaseException as raised:
+            self._raised = raised
+            raise
 
     def heed(self) -> None:
-        """Raise KeyboardInterrupt if there was one."""
-        if self._seen:
-            raise KeyboardInterrupt
+        """Raise what was raised, if anything was."""
+        if self._raised is not None:
+            raise self._raised
 
     def leave(self) -> None:
-        """Leave interrupts to Python again."""
-        if self._mine:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+        """Leave signals to those again who had them."""
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
 
 
 def _known(unit: Any, types: tuple[Any, ...]) -> bool:
@@ -104,7 +110,7 @@ class _Helper:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             cwd=Path(__file__).parents[3],  # not where files might be named like modules
-            env=os.environ | {"PYTHONPATH": paths},
+            env=os.environ | {"PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(_FOLDER.parent)},
         )
         self.thread = threading.Thread(target=self._feed, daemon=True)
         self.thread.start()

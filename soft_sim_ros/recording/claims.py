@@ -1,0 +1,263 @@
+"""What a recording says about itself, checked before anybody relies on it.
+
+Recordings come from anywhere. Words and numbers from their metadata, attachments and summaries go
+through here: what is not what it should be becomes a RecordingError that names it, or is left out
+where nothing depends on it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from soft_sim_ros.errors import RecordingError, SceneError, UnfitFile
+from soft_sim_ros.files import read_bytes
+from soft_sim_ros.foreign import printable
+from soft_sim_ros.scene.document import Document
+from soft_sim_ros.scene.edit import child
+
+MOST_POSES = 10_000
+MOST_JSON = 16_000_000  # bytes of a summary
+MOST_YAML = 1_000_000  # characters of YAML that rosbag2 writes
+_DEEPEST = 20  # levels of it
+_LONGEST_WAIT = 1.0e6  # s of a timeout
+_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_QUALITIES = {
+    "reliability": ("reliable", "best_effort"),
+    "durability": ("volatile", "transient_local"),
+    "history": ("keep_last", "keep_all"),
+}
+_DEEPEST_QUEUE = 100_000
+
+
+def words(path: object, name: str, data: bytes) -> str:
+    """Return a text from inside a recording.
+
+    Raises
+    ------
+    RecordingError
+        if it is not UTF-8
+    """
+    try:
+        return data.decode()
+    except UnicodeDecodeError as error:
+        reason = f"holds a {name} that is no text (byte {error.start}): expected UTF-8"
+        raise RecordingError(path, reason) from error
+
+
+def plain_yaml(text: str) -> Any:
+    """Return what a YAML text of rosbag2 means; None if it is none, or not a plain one.
+
+    Plain is what rosbag2 writes: without aliases, and not very deep.
+    """
+    if len(text) > MOST_YAML:
+        return None
+    try:
+        depth = 0
+        for event in yaml.parse(text, Loader=_Loader):
+            if isinstance(event, yaml.AliasEvent):
+                return None
+            if isinstance(event, yaml.CollectionStartEvent):
+                depth += 1
+            elif isinstance(event, yaml.CollectionEndEvent):
+                depth -= 1
+            if depth > _DEEPEST:
+                return None
+        return yaml.load(text, Loader=_Loader)  # noqa: S506 - a safe one
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError):
+        return None
+
+
+@lru_cache(maxsize=256)
+def profiles(text: str) -> tuple[dict[str, Any], ...]:
+    """Return the qualities of service of a channel as they are written; nothing if they are odd."""
+    found = plain_yaml(text)
+    if not isinstance(found, list) or not all(isinstance(one, dict) for one in found):
+        return ()
+    return tuple(found)
+
+
+def qualities(text: str) -> dict[str, Any]:
+    """Return the words and the depth of the first profile of a channel that mean something.
+
+    ``ros2 bag record`` writes what a subscription cannot know as ``unknown`` and depth 0.
+    """
+    first = next(iter(profiles(text)), {})
+    known = {
+        key: first[key]
+        for key, allowed in _QUALITIES.items()
+        if isinstance(first.get(key), str) and first[key] in allowed
+    }
+    depth = first.get("depth")
+    if type(depth) is int and 0 < depth <= _DEEPEST_QUEUE:
+        known["depth"] = depth
+    return known
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a re-simulation has to know beside the scene.
+
+    Parameters
+    ----------
+    node : full name of the node
+    poses : number of backbone poses
+    frame_id : frame of the poses
+    command_timeout, command_ramp : s
+    """
+
+    node: str
+    poses: int
+    frame_id: str
+    command_timeout: float
+    command_ramp: float
+
+
+def facts(path: object, metadata: Mapping[str, str]) -> Facts:
+    """Return the facts of a recording that has them all.
+
+    Raises
+    ------
+    RecordingError
+        which names the fact, what it says, and what was expected
+    """
+    return Facts(
+        metadata["node"],
+        int(_number(path, metadata, "poses", 2, MOST_POSES, whole=True)),
+        metadata["frame_id"],
+        _number(path, metadata, "command_timeout", 0.0, _LONGEST_WAIT),
+        _number(path, metadata, "command_ramp", 0.0, _LONGEST_WAIT),
+    )
+
+
+def _number(
+    path: object,
+    metadata: Mapping[str, str],
+    key: str,
+    low: float,
+    high: float,
+    whole: bool = False,
+) -> float:
+    written = metadata[key]
+    try:
+        value = float(written)
+    except ValueError:
+        value = math.nan
+    if not low <= value <= high or (whole and value != int(value)):
+        kind = "a whole number" if whole else "a number"
+        said = f"{key} = {printable(written[:60])!r}"
+        raise RecordingError(path, f"says {said}: expected {kind} from {low:g} to {high:g}")
+    return value
+
+
+def scene_name(text: str) -> str | None:
+    """Return the name that the text of a scene gives it; None if it gives none, or is no scene."""
+    try:
+        found = child(Document.parse(text, "scene.yaml").root, "name")
+    except SceneError:
+        return None  # it could be simulated once: a scene of a later version, or damaged
+    return str(found.value) if isinstance(found, yaml.ScalarNode) else None
+
+
+def machine(path: object, attachments: Mapping[str, bytes]) -> dict[str, str]:
+    """Return the facts of the machine, those that are texts; nothing if none are inside.
+
+    Raises
+    ------
+    RecordingError
+        if they cannot be read
+    """
+    data = attachments.get("machine.json")
+    found = {} if data is None else _json(path, "holds a machine.json that ", data)
+    return {key: value for key, value in found.items() if isinstance(value, str)}
+
+
+def summary(path: Path) -> dict[str, Any]:
+    """Return the summary beside a recording, without what is not of its kind; {} if there is none.
+
+    Raises
+    ------
+    RecordingError
+        if it cannot be read
+    """
+    try:
+        data = read_bytes(path, MOST_JSON)
+    except (FileNotFoundError, NotADirectoryError):
+        return {}
+    except UnfitFile as error:
+        raise RecordingError(path, f"{error.found}: expected {error.expected}") from error
+    except OSError as error:
+        raise RecordingError(path, f"cannot be read: {error.strerror}") from error
+    found = _json(path, "", data)
+    kinds: dict[str, Any] = {
+        "real_time_factor": _is_number, "overruns": _is_number, "ended_by": _is_text,
+        "last_error": _is_text, "recording": _is_mapping, "step_cost": _is_mapping,
+        "solver": _is_mapping, "accuracy": _is_mapping, "estimate": _is_mapping,
+    }  # fmt: skip
+    fitting = {key: value for key, value in found.items() if kinds.get(key, _anything)(value)}
+    return {**fitting, **_parts(fitting)}
+
+
+def _parts(found: dict[str, Any]) -> dict[str, Any]:
+    """Return the parts of a summary with only those entries that are numbers where they must be."""
+    out: dict[str, Any] = {}
+    cost = found.get("step_cost")
+    if cost is not None:
+        bins = cost.get("histogram")
+        whole = isinstance(bins, list) and len(bins) <= 10_000 and all(map(_is_bin, bins))
+        numbers = {key: value for key, value in cost.items() if _is_number(value)}
+        out["step_cost"] = numbers | {"histogram": bins if whole else []}
+    recording = found.get("recording")
+    if recording is not None and not _is_number(recording.get("dropped")):
+        out["recording"] = {key: v for key, v in recording.items() if key != "dropped"}
+    contract = found.get("accuracy")
+    if contract is not None and not (
+        _is_number(contract.get("tolerance"))
+        and (contract.get("error_rel") is None or _is_number(contract["error_rel"]))
+    ):
+        out["accuracy"] = None
+    return out
+
+
+def _is_bin(one: object) -> bool:
+    if not isinstance(one, dict):
+        return False
+    begin, end, steps = one.get("from_us"), one.get("to_us"), one.get("steps")
+    ends = end is None or (_is_number(end) and 0.0 < end < 1e15)
+    return _is_number(begin) and 0.0 <= begin < 1e15 and ends and type(steps) is int and steps >= 0
+
+
+def _is_number(value: object) -> bool:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) < 1e300  # also no NaN
+
+
+def _is_text(value: object) -> bool:
+    return value is None or isinstance(value, str)
+
+
+def _is_mapping(value: object) -> bool:
+    return isinstance(value, dict)
+
+
+def _anything(value: object) -> bool:
+    return True
+
+
+def _json(path: object, which: str, data: bytes) -> dict[str, Any]:
+    try:
+        found = json.loads(data.decode())
+    except (ValueError, RecursionError) as error:  # also of bytes that are no UTF-8
+        raise RecordingError(path, f"{which}is not JSON: {error}") from error
+    if not isinstance(found, dict):
+        kind = type(found).__name__
+        raise RecordingError(path, f"{which}is a {kind}: expected names and values")
+    return found
