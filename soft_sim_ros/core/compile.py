@@ -6,6 +6,7 @@ Nothing that the scene lacks gets an array entry.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -42,6 +43,17 @@ class Compiled:
     gravity: Floats  # (3,) in the base frame, m/s²
     coordinate_names: tuple[str, ...]
     length: float  # sum of rod lengths, m; 1 for a chain without rods
+
+    # Nothing in it changes, so a copy is itself; a pickle holds the scene.
+
+    def __copy__(self) -> Compiled:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Compiled:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return compile_scene, (self.scene,)
 
 
 def compile_scene(scene: Scene) -> Compiled:

@@ -6,11 +6,14 @@ for q̈. ``dynamics.py`` takes it apart.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..scene import Scene
 from .arrays import vector
 from .compile import Compiled, compile_scene
+from .copying import take_rest
 from .kernels.forcing import apply_loads
 from .kernels.jit import Call
 from .kernels.sweep import inverse_dynamics
@@ -43,6 +46,24 @@ class Equations:
         self._system = new_system(self.model)
         self._zero = np.zeros(self.n)
         self._no_tip = np.zeros(6)
+
+    # Copies have scratch of their own; what is compiled never changes and is shared.
+
+    def __copy__(self) -> Equations:
+        return self._twin(None)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Equations:
+        return self._twin(memo)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.compiled,)
+
+    def _twin(self, memo: dict[int, Any] | None) -> Equations:
+        new = type(self)(self.compiled)
+        if memo is not None:
+            memo[id(self)] = new
+        take_rest(new, self, memo)
+        return new
 
     def forcing(
         self,

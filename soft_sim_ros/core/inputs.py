@@ -10,15 +10,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from soft_sim_ros.errors import CommandError
+from soft_sim_ros.core.arrays import number, real, whole
+from soft_sim_ros.errors import BadArgument, CommandError
+
+if TYPE_CHECKING:
+    from soft_sim_ros.core.simulation import Simulation
 
 COMMAND, JOINT_COMMAND, EXTERNAL_WRENCH = "~/command", "~/joint_command", "~/external_wrench"
 WORLD, TIP = "world", "tip"
-_NEVER = np.iinfo(np.int64).max
+_NEVER = int(np.iinfo(np.int64).max)
+_EVER = _NEVER // 2  # ns
 
 
 @dataclass(frozen=True)
@@ -56,10 +63,11 @@ class Inputs:
     the efforts change.
     """
 
-    def __init__(self, simulation, command_timeout: float, ramp: float):
-        for name, value in (("command_timeout", command_timeout), ("ramp", ramp)):
-            if not (np.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} = {value!r} s: expected a finite number, zero or more")
+    def __init__(self, simulation: Simulation, command_timeout: float, ramp: float) -> None:
+        self._timeout_ns, self._ramp_ns = (
+            min(round(number(name, value, 0.0, "time in s, zero or more") * 1e9), _EVER)
+            for name, value in (("command_timeout", command_timeout), ("ramp", ramp))
+        )
         self.simulation = simulation
         actuators = simulation.scene.actuators
         self.names = tuple(a.name for a in actuators)
@@ -68,8 +76,6 @@ class Inputs:
         self._limits = np.array([a.limits for a in actuators], dtype=float).reshape(n, 2)
         self._all = np.arange(n)
         self._safe = np.array([a.safe for a in actuators] + 6 * [0.0], dtype=float)
-        self._timeout_ns = round(command_timeout * 1e9)
-        self._ramp_ns = round(ramp * 1e9)
         self._events: list[tuple[int, str]] = []
         self.last_order_ns: int | None = None
         self._clear()
@@ -79,7 +85,7 @@ class Inputs:
 
     def effort_order(self, efforts: Sequence[float] | np.ndarray) -> Order:
         """Order for all actuators, ``efforts`` (n_actuators,) in scene order."""
-        values = np.array(efforts, dtype=float)
+        values = _numbers(COMMAND, efforts)
         if values.shape != (len(self.names),):
             raise CommandError(
                 COMMAND,
@@ -106,11 +112,14 @@ class Inputs:
         if twice:
             raise CommandError(JOINT_COMMAND, f"actuator named more than once: {', '.join(twice)}")
         channels = np.array([self._index[name] for name in names], dtype=np.intp)
-        return self._bounded(JOINT_COMMAND, channels, np.array(efforts, dtype=float))
+        values = _numbers(JOINT_COMMAND, efforts)
+        if values.shape != channels.shape:
+            raise CommandError(JOINT_COMMAND, f"efforts of shape {values.shape}: expected a list")
+        return self._bounded(JOINT_COMMAND, channels, values)
 
     def wrench_order(self, wrench: Sequence[float], frame: str = WORLD) -> Order:
         """Order for the tip wrench (6,), moment N·m then force N; "world" dead, "tip" follower."""
-        values = np.array(wrench, dtype=float)
+        values = _numbers(EXTERNAL_WRENCH, wrench)
         if values.shape != (6,):
             raise CommandError(
                 EXTERNAL_WRENCH,
@@ -141,15 +150,15 @@ class Inputs:
     def take(self, order: Order) -> None:
         """Hold the values of ``order`` from the next `update` on; its timeout starts now."""
         now = self.simulation.time_ns
+        # first what makes the next `update` look: an interrupt may come anywhere
+        self._changed = self._changed or order.frame is None
+        self._pushed = self._pushed or order.frame is not None
         self._held[order.channels] = order.values
         self._since[order.channels] = now
         self._late[order.channels] = False
         self._oldest = int(self._since.min())
-        if order.frame is None:
-            self._changed = True
-        else:
+        if order.frame is not None:
             self._frame = order.frame
-            self._pushed = True
         self.last_order_ns = now
 
     def command(self, efforts: Sequence[float] | np.ndarray) -> Order:
@@ -199,6 +208,7 @@ class Inputs:
 
     def advance(self, steps: int) -> None:
         """Advance the simulation by ``steps``, with the right efforts in every step."""
+        steps = whole("steps", steps, 0, _NEVER)
         while steps > 0:
             chunk = min(steps, self.update())
             self.simulation.advance(chunk)
@@ -237,12 +247,20 @@ class Inputs:
         self._late = ramping
         over = ramping & (late >= self._ramp_ns)
         part = ramping & ~over
+        self._changed = self._pushed = True
         values[part] += (late[part] / max(self._ramp_ns, 1)) * (self._safe - self._held)[part]
         values[over] = self._safe[over]
         self._held[over] = self._safe[over]
         self._since[over] = _NEVER
         self._oldest = int(self._since.min())
-        self._changed = self._pushed = True
+
+    def __copy__(self) -> Inputs:
+        """Return inputs of the same simulation that hold the same; later orders do not mix."""
+        new = object.__new__(type(self))
+        for name, value in vars(self).items():
+            own = isinstance(value, np.ndarray | list)
+            setattr(new, name, copy(value) if own else value)
+        return new
 
 
 def wrench_frame(frame_id: str, base_frame_id: str) -> str:
@@ -254,6 +272,14 @@ def wrench_frame(frame_id: str, base_frame_id: str) -> str:
     raise CommandError(
         EXTERNAL_WRENCH, f"frame {frame_id!r}: expected {base_frame_id!r}, an empty one or {TIP!r}"
     )
+
+
+def _numbers(topic: str, values: Any) -> np.ndarray:
+    """Return the numbers of a command as an array of its own."""
+    try:
+        return real("values", values).copy()
+    except BadArgument as error:
+        raise CommandError(topic, str(error)) from None
 
 
 def _require_finite(topic: str, labels: Sequence[str], values: np.ndarray) -> None:
