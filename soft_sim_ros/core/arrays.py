@@ -82,6 +82,8 @@ def number(name: str, value: object, low: float = -np.inf, expected: str = "fini
     BadArgument
         if it is none
     """
+    if isinstance(value, float) and low <= value < np.inf and value != -np.inf:
+        return float(value)
     array = real(name, value, f"a {expected}")
     if array.shape != () or not (np.isfinite(array) and array >= low):
         raise BadArgument(name, value, f"a {expected}")

@@ -26,6 +26,7 @@ from .fibres import flatten_fibres
 from .link import append_link
 from .loads import lump_loads
 from .model import Floats, Loads, Model, Spatial
+from .overflow import refuse_overflow
 from .ports import Path, flat_ports, winding
 from .quadrature import gauss
 from .segments import ANGULAR
@@ -62,6 +63,13 @@ def compile_scene(scene: Scene) -> Compiled:
         from .contract import settled  # which takes simulations
 
         scene = settled(scene)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        compiled = _compiled(scene)
+    refuse_overflow(compiled)
+    return compiled
+
+
+def _compiled(scene: Scene) -> Compiled:
     base = se3.pose_matrix(scene.base.position, scene.base.quaternion)
     chain = build_chain(scene)
     length = sum(span.length for span in chain.spans) or 1.0

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 COMMAND, JOINT_COMMAND, EXTERNAL_WRENCH = "~/command", "~/joint_command", "~/external_wrench"
 WORLD, TIP = "world", "tip"
 _NEVER = int(np.iinfo(np.int64).max)
-_EVER = _NEVER // 2  # ns
+_EVER = 4e9  # s: beyond all times that 64 bits of nanoseconds are used for, without overflow
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Inputs:
 
     def __init__(self, simulation: Simulation, command_timeout: float, ramp: float) -> None:
         self._timeout_ns, self._ramp_ns = (
-            min(round(number(name, value, 0.0, "time in s, zero or more") * 1e9), _EVER)
+            round(min(number(name, value, 0.0, "time in s, zero or more"), _EVER) * 1e9)
             for name, value in (("command_timeout", command_timeout), ("ramp", ramp))
         )
         self.simulation = simulation

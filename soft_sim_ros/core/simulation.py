@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import BadArgument, Diverged, SceneError
 from ..scene import Scene
+from ..scene.numerics import LONGEST_STEP
 from .arrays import vector, whole
 from .copying import arrays_of, pour, take_rest
 from .dynamics import Dynamics
@@ -51,7 +52,6 @@ LEDGER = (
 )
 
 LATEST = 2**63 - 1  # ns: times are signed 64-bit numbers
-LONGEST_STEP = 1e6  # s
 SLICE = 0.02  # s that kernels take, about, before Python looks for interrupts
 MOST_POSES = 100_000
 
