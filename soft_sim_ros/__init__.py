@@ -5,7 +5,12 @@ reading a recording needs no solver and checking a scene needs no ROS.
 """
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # what type checkers see of what follows
+    from soft_sim_ros.core.simulation import Simulation as Simulation
+    from soft_sim_ros.recording.reader import read_run as read_run
+    from soft_sim_ros.scene import load_scene as load_scene
 
 __version__ = "0.1.0"
 __all__ = ["Simulation", "__version__", "load_scene", "read_run"]
@@ -17,13 +22,15 @@ _HOME = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    """Import the module that holds a public name when the name is first used."""
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(_HOME[name]), name)
-    globals()[name] = value
-    return value
+if not TYPE_CHECKING:  # for them, a name that is not above does not exist
+
+    def __getattr__(name: str) -> Any:
+        """Import the module that holds a public name when the name is first used."""
+        if name not in _HOME:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(import_module(_HOME[name]), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

@@ -259,6 +259,51 @@ class UnfitFile(SoftSimError):
         return f"{self.path} {self.found}: expected {self.expected}"
 
 
+class BadArgument(SoftSimError, ValueError):
+    """A function of the package got an argument that means nothing to it.
+
+    Parameters
+    ----------
+    name : of the argument
+    value : what was given
+    expected : what should be given
+    """
+
+    LONGEST = 400  # characters of the value in the message
+
+    def __init__(self, name: str, value: object, expected: str) -> None:
+        super().__init__(name, value, expected)
+        self.name, self.value, self.expected = name, value, expected
+
+    def __str__(self) -> str:
+        """Put it in a sentence."""
+        try:
+            given = repr(self.value)
+        except ValueError:  # a whole number of more digits than Python prints
+            given = f"one of type {type(self.value).__name__}"
+        if len(given) > self.LONGEST:
+            given = given[: self.LONGEST] + " …"
+        return f"{self.name} must be {self.expected}, not {given}"
+
+
+class NotCopied(SoftSimError, TypeError):
+    """An object that cannot be copied or pickled, or a pickle that does not fit this version.
+
+    Parameters
+    ----------
+    what : the object
+    why : why not, and what can be copied instead
+    """
+
+    def __init__(self, what: str, why: str) -> None:
+        super().__init__(what, why)
+        self.what, self.why = what, why
+
+    def __str__(self) -> str:
+        """Put it in a sentence."""
+        return f"{self.what} cannot be copied or pickled: {self.why}"
+
+
 class CommandError(SoftSimError):
     """A command that came in from outside is refused.
 

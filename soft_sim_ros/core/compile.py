@@ -6,6 +6,7 @@ Nothing that the scene lacks gets an array entry.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from .fibres import flatten_fibres
 from .link import append_link
 from .loads import lump_loads
 from .model import Floats, Loads, Model, Spatial
+from .overflow import refuse_overflow
 from .ports import Path, flat_ports, winding
 from .quadrature import scattered
 from .weights import weights
@@ -43,6 +45,17 @@ class Compiled:
     coordinate_names: tuple[str, ...]
     length: float  # sum of rod lengths, m; 1 for a chain without rods
 
+    # Nothing in it changes, so a copy is itself; a pickle holds the scene.
+
+    def __copy__(self) -> Compiled:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Compiled:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return compile_scene, (self.scene,)
+
 
 def compile_scene(scene: Scene) -> Compiled:
     """Return the compiled scene; where a tolerance leaves something free, that is chosen first."""
@@ -50,6 +63,13 @@ def compile_scene(scene: Scene) -> Compiled:
         from .contract import settled  # which takes simulations
 
         scene = settled(scene)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        compiled = _compiled(scene)
+    refuse_overflow(compiled)
+    return compiled
+
+
+def _compiled(scene: Scene) -> Compiled:
     base = se3.pose_matrix(scene.base.position, scene.base.quaternion)
     chain = build_chain(scene)
     length = sum(span.length for span in chain.spans) or 1.0

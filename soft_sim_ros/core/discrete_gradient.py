@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import Diverged, NewtonFailed
+from ..errors import BadArgument, Diverged, NewtonFailed
 from ..scene import Scene
 from . import se3
-from .arrays import vector_or_zeros
+from .arrays import number, vector_or_zeros
 from .dynamics import Dynamics
 from .kernels import charts
 from .kernels.advance import REACH
@@ -102,8 +102,8 @@ class DiscreteGradient:
         ValueError
             if h is 0, or something is not finite or not as long as it should be
         """
-        if not (np.isfinite(h) and h != 0.0):
-            raise ValueError(f"h = {h!r} s: expected a finite number other than 0")
+        if (h := number("h", h)) == 0.0:
+            raise BadArgument("h", h, "a time in s other than 0")
         u = _checked("efforts", efforts, self.system.dynamics.actuators)
         force = _checked("tau", tau, self.system.n)
         before = self.balance
@@ -307,10 +307,7 @@ class _Step:
 
 def _checked(name: str, value: Floats | None, size: int) -> Floats:
     """Return an argument as finite numbers (size,), zeros by default."""
-    array = vector_or_zeros(name, value, size)
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be {size} finite numbers, not {value!r}")
-    return array
+    return vector_or_zeros(name, value, size, finite=True)
 
 
 def _rotation_tangent(w: Floats) -> Floats:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..scene import Joint
 from . import se3
+from .arrays import vector_or_zeros, whole
 from .equations import Equations
 from .kernels.columns import node_jacobians
 from .kernels.fibres import fibre_forces, fibre_tangent, section_strains
@@ -102,8 +103,9 @@ class Dynamics(Equations):
         It is ∫ Φᵀ Γ Φ ds, joint damping and Rayleigh's drag Σ Jᵀ D J, which alone depends on q.
         """
         out = self._law(self.model.damping)
+        q = self._zero if q is None else self.coordinates(q)
         if len(self.model.drag):
-            jacobian = self.jacobians(self._zero if q is None else q, self._zero)[0]
+            jacobian = self.jacobians(q, self._zero)[0]
             for own, drag in zip(jacobian, self.model.drag, strict=True):
                 out += own.T @ (drag[[1, 2, 3, 0, 0, 0], None] * own)
         return out
@@ -127,7 +129,7 @@ class Dynamics(Equations):
         The residual is linear in the efforts, so their differences are exact; they are small,
         because a tendon whose length is commanded may be close to slack.
         """
-        level = np.zeros(self.actuators) if efforts is None else np.asarray(efforts, dtype=float)
+        level = vector_or_zeros("efforts", efforts, self.actuators)
         still = self.residual(q, self._zero, self._zero, self.forcing(level))
         length = self.model.winch[:, 0] != 0.0
         size = np.where(length, 1e-6, 1.0)
@@ -171,6 +173,7 @@ class Dynamics(Equations):
 
         It changes along the tendon only where there is friction, and only while it slips.
         """
+        actuator = whole("actuator", actuator, 0, self.actuators - 1)
         self.residual(q, v, self._zero, self.forcing(efforts))
         begin, end = self.model.tendon_ptr[actuator : actuator + 2]
         if self.model.friction[actuator, 0] != 0.0:
@@ -214,6 +217,7 @@ class Dynamics(Equations):
 
     def coriolis_matrix(self, q: Floats, v: Floats) -> Floats:
         """Return C(q, q̇) (n, n) of C (1.33), with the null term M ad_η that makes Ṁ − 2C skew."""
+        v = self.coordinates(v, "v")
         jacobian, rate = self.jacobians(q, v)
         out = np.zeros((self.n, self.n))
         for k, (mass, *moments) in enumerate(self.model.inertia):
@@ -253,7 +257,7 @@ class Dynamics(Equations):
         The other Coriolis matrix that makes Ṁ − 2C skew, the one behind C (1.43). It agrees with
         ``coriolis_matrix`` on q̇, not on other vectors, and costs 2n tangents.
         """
-        return self.christoffel_symbols(q) @ v
+        return self.christoffel_symbols(q) @ self.coordinates(v, "v")
 
     def internal_wrench(
         self,

@@ -6,11 +6,15 @@ for q̈. ``dynamics.py`` takes it apart.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from ..errors import BadArgument
 from ..scene import Scene
-from .arrays import vector
+from .arrays import number, vector
 from .compile import Compiled, compile_scene
+from .copying import take_rest
 from .kernels.forcing import apply_loads
 from .kernels.jit import Call
 from .kernels.sweep import inverse_dynamics
@@ -44,6 +48,24 @@ class Equations:
         self._zero = np.zeros(self.n)
         self._no_tip = np.zeros(6)
 
+    # Copies have scratch of their own; what is compiled never changes and is shared.
+
+    def __copy__(self) -> Equations:
+        return self._twin(None)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Equations:
+        return self._twin(memo)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.compiled,)
+
+    def _twin(self, memo: dict[int, Any] | None) -> Equations:
+        new = type(self)(self.compiled)
+        if memo is not None:
+            memo[id(self)] = new
+        take_rest(new, self, memo)
+        return new
+
     def forcing(
         self,
         efforts: Floats | None = None,
@@ -56,6 +78,7 @@ class Equations:
 
         The wrench is along world axes, or (``tip_follows``) along those of the tip.
         """
+        time, share = number("time", time), number("share", share)
         tip = self._no_tip if tip is None else vector("tip", tip, 6)
         if not tip_follows:
             tip = self.to_base(tip)
@@ -67,7 +90,7 @@ class Equations:
         apply_loads(
             self.compiled.loads,
             tip,
-            tip_follows,
+            bool(tip_follows),
             time,
             share,
             data,
@@ -87,6 +110,8 @@ class Equations:
     def residual(self, q: Floats, v: Floats, a: Floats, data: Data) -> Floats:
         """Return M a + C v + g + k + R v − loads − actuators (n,)."""
         q, v, a = self.coordinates(q), self.coordinates(v, "v"), self.coordinates(a, "a")
+        if data is not self._data:
+            raise BadArgument("data", type(data), "what ``forcing`` of the same object returned")
         out = np.zeros(self.n)
         inverse_dynamics(self.model, data, q, v, a, out)
         return out
@@ -136,7 +161,8 @@ class Equations:
         Any other call in between may move that state: ``tangents`` is safe.
         """
         matrix = np.zeros((self.n, self.n))
-        tangent(self.model, self._data, tuple(float(x) for x in alpha), self._system)
+        factors = vector("alpha", alpha, 3).tolist()
+        tangent(self.model, self._data, (factors[0], factors[1], factors[2]), self._system)
         dense(self.model, self._system, matrix)
         return matrix
 
@@ -146,5 +172,5 @@ class Equations:
 
     def to_base(self, wrench: Floats) -> Floats:
         """Return the base-frame components of a wrench (6,) given along the world axes."""
-        rotation = self.compiled.base[:3, :3].T
+        rotation, wrench = self.compiled.base[:3, :3].T, vector("wrench", wrench, 6)
         return np.concatenate([rotation @ wrench[:3], rotation @ wrench[3:]])

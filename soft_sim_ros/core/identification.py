@@ -16,6 +16,7 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from ..errors import SolverError
+from .arrays import real
 from .model import Floats
 
 STEP = 1e-3  # of x, in central differences: errors of 1e-6, far above the noise of the solver
@@ -89,7 +90,7 @@ class _Problem:
     def left(self, x: Floats) -> Floats:
         """Return predicted − measured over time, zero where nothing was measured."""
         self.count += 1
-        predicted = np.asarray(self.predict(self.values(x), self.instants), dtype=float)
+        predicted = real("predict", self.predict(self.values(x), self.instants))
         measured = self.measured[: self.instants]
         if predicted.shape != measured.shape:  # numpy would spread one over the other
             raise ValueError(f"predicted are {predicted.shape} numbers, measured {measured.shape}")
@@ -173,8 +174,7 @@ def fit(
     The intervals take what is left to be noise, of equal size everywhere. Noise that lasts from
     one instant to the next (autocorrelation ρ > 0 at the lag of one) counts (1 + ρ)/(1 − ρ) times.
     """
-    start = np.array(start, dtype=float)
-    measured = np.asarray(measured, dtype=float)
+    start, measured = real("start", start).copy(), real("measured", measured)
     problem = _Problem(predict, start, measured)
     count = int(np.count_nonzero(problem.seen))
     if start.shape != (len(names),) or not np.isfinite(start).all():

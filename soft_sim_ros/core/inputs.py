@@ -10,9 +10,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from copy import copy
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from soft_sim_ros.core.arrays import number, whole
 from soft_sim_ros.errors import CommandError
 from soft_sim_ros.foreign import bare, listed, shown
 
@@ -25,11 +28,16 @@ from .orders import (
     TIP,
     WORLD,
     Order,
+    numbers,
     require_finite,
 )
 from .orders import wrench_frame as wrench_frame  # for those who look for it here
 
-_NEVER = np.iinfo(np.int64).max
+if TYPE_CHECKING:
+    from .simulation import Simulation
+
+_NEVER = int(np.iinfo(np.int64).max)
+_EVER = 4e9  # s: beyond all times that 64 bits of nanoseconds are used for, without overflow
 
 
 class Inputs:
@@ -55,11 +63,19 @@ class Inputs:
     """
 
     def __init__(
-        self, simulation, command_timeout: float, ramp: float, bounds: Bounds | None = None
-    ):
-        for name, value in (("command_timeout", command_timeout), ("ramp", ramp)):
-            if not (np.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} = {value!r} s: expected a finite number, zero or more")
+        self,
+        simulation: Simulation,
+        command_timeout: float,
+        ramp: float,
+        bounds: Bounds | None = None,
+    ) -> None:
+        timeout, ramp = (
+            min(number(name, value, 0.0, "time in s, zero or more"), _EVER)
+            for name, value in (("command_timeout", command_timeout), ("ramp", ramp))
+        )
+        # A timeout of less than a nanosecond must not become none at all.
+        self._timeout_ns = round(timeout * 1e9) or int(timeout > 0.0)
+        self._ramp_ns = round(ramp * 1e9)
         self.simulation = simulation
         actuators = simulation.scene.actuators
         self.names = tuple(a.name for a in actuators)
@@ -70,9 +86,6 @@ class Inputs:
         self._limits = self.bounds.efforts
         self._all = np.arange(n)
         self._safe = np.array([a.safe for a in actuators] + 6 * [0.0], dtype=float)
-        # A timeout of less than a nanosecond must not become none at all.
-        self._timeout_ns = round(command_timeout * 1e9) or int(command_timeout > 0.0)
-        self._ramp_ns = round(ramp * 1e9)
         self._events: list[tuple[int, str]] = []
         self.last_order_ns: int | None = None
         self._clear()
@@ -82,7 +95,7 @@ class Inputs:
 
     def effort_order(self, efforts: Sequence[float] | np.ndarray) -> Order:
         """Order for all actuators, ``efforts`` (n_actuators,) in scene order."""
-        values = np.array(efforts, dtype=float)
+        values = numbers(COMMAND, efforts)
         if values.shape != (len(self.names),):
             raise CommandError(
                 COMMAND,
@@ -112,11 +125,16 @@ class Inputs:
             twice = listed((name for name in sorted(counts) if counts[name] > 1), write=bare)
             raise CommandError(JOINT_COMMAND, f"actuator named more than once: {twice}", "twice")
         channels = np.array([self._index[name] for name in names], dtype=np.intp)
-        return self._bounded(JOINT_COMMAND, channels, np.array(efforts, dtype=float))
+        values = numbers(JOINT_COMMAND, efforts)
+        if values.shape != channels.shape:
+            raise CommandError(
+                JOINT_COMMAND, f"efforts of shape {values.shape}: expected a list", "length"
+            )
+        return self._bounded(JOINT_COMMAND, channels, values)
 
     def wrench_order(self, wrench: Sequence[float], frame: str = WORLD) -> Order:
         """Order for the tip wrench (6,), moment N·m then force N; "world" dead, "tip" follower."""
-        values = np.array(wrench, dtype=float)
+        values = numbers(EXTERNAL_WRENCH, wrench)
         if values.shape != (6,):
             raise CommandError(
                 EXTERNAL_WRENCH,
@@ -149,15 +167,15 @@ class Inputs:
     def take(self, order: Order) -> None:
         """Hold the values of ``order`` from the next `update` on; its timeout starts now."""
         now = self.simulation.time_ns
+        # first what makes the next `update` look: an interrupt may come anywhere
+        self._changed = self._changed or order.frame is None
+        self._pushed = self._pushed or order.frame is not None
         self._held[order.channels] = order.values
         self._since[order.channels] = now
         self._late[order.channels] = False
         self._oldest = int(self._since.min())
-        if order.frame is None:
-            self._changed = True
-        else:
+        if order.frame is not None:
             self._frame = order.frame
-            self._pushed = True
         self.last_order_ns = now
 
     def command(self, efforts: Sequence[float] | np.ndarray) -> Order:
@@ -207,6 +225,7 @@ class Inputs:
 
     def advance(self, steps: int) -> None:
         """Advance the simulation by ``steps``, with the right efforts in every step."""
+        steps = whole("steps", steps, 0, _NEVER)
         while steps > 0:
             chunk = min(steps, self.update())
             self.simulation.advance(chunk)
@@ -268,9 +287,18 @@ class Inputs:
         self._late = ramping
         over = ramping & (late >= self._ramp_ns)
         part = ramping & ~over
+        self._changed = self._pushed = True
         values[part] += (late[part] / max(self._ramp_ns, 1)) * (self._safe - self._held)[part]
         values[over] = self._safe[over]
         self._held[over] = self._safe[over]
         self._since[over] = _NEVER
         self._oldest = int(self._since.min())
         self._changed = self._pushed = True
+
+    def __copy__(self) -> Inputs:
+        """Return inputs of the same simulation that hold the same; later orders do not mix."""
+        new = object.__new__(type(self))
+        for name, value in vars(self).items():
+            own = isinstance(value, np.ndarray | list)
+            setattr(new, name, copy(value) if own else value)
+        return new

@@ -124,8 +124,8 @@ def mode_poses(
         the tip in arm lengths
     phases : (P,) in rad; the arm is at q + amplitude · Re(shape · e^{i phase})
     """
-    moved = np.zeros(dynamics.n)
-    sampler = Sampler(dynamics.compiled, moved, np.asarray(s, dtype=float))
+    moved, q = np.zeros(dynamics.n), dynamics.coordinates(q)
+    sampler = Sampler(dynamics.compiled, moved, s)
     out = np.empty((len(phases), len(sampler.s), 7))
     for i, phase in enumerate(phases):
         moved[:] = q + amplitude * np.real(np.asarray(shape) * np.exp(1j * phase))

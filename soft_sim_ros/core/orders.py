@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from soft_sim_ros.errors import CommandError
+from soft_sim_ros.core.arrays import real
+from soft_sim_ros.errors import BadArgument, CommandError
 from soft_sim_ros.foreign import bare, listed, shown
 
 COMMAND, JOINT_COMMAND, EXTERNAL_WRENCH = "~/command", "~/joint_command", "~/external_wrench"
@@ -49,3 +51,11 @@ def require_finite(topic: str, labels: Sequence[str], values: np.ndarray) -> Non
         wrong = np.flatnonzero(~np.isfinite(values)).tolist()
         which = listed((f"{labels[i]} = {values[i]}" for i in wrong), MOST_NAMES, bare)
         raise CommandError(topic, "not finite: " + which, "finite")
+
+
+def numbers(topic: str, values: Any) -> np.ndarray:
+    """Return the numbers of a command as an array of its own."""
+    try:
+        return real("values", values).copy()
+    except BadArgument as error:
+        raise CommandError(topic, str(error)) from None

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from ..scene import Scene
+from .arrays import vector
 from .dynamics import Dynamics
 from .memory import refuse_branches, refuse_tendons
 from .model import Floats
@@ -43,10 +44,11 @@ class PortHamiltonian:
 
     def momentum(self, q: Floats, v: Floats) -> Floats:
         """Return p = M(q) q̇ (n,): C (1.38)."""
-        return self.dynamics.mass_matrix(q) @ v
+        return self.dynamics.mass_matrix(q) @ self.dynamics.coordinates(v, "v")
 
     def velocity(self, q: Floats, p: Floats) -> Floats:
         """Return q̇ = ∂H/∂p = M(q)⁻¹ p (n,): C (1.40)."""
+        p = self.dynamics.coordinates(p, "p")
         out: Floats = cho_solve(cho_factor(self.dynamics.mass_matrix(q)), p)
         return out
 
@@ -56,7 +58,7 @@ class PortHamiltonian:
 
     def hamiltonian(self, q: Floats, p: Floats) -> float:
         """Return H(q, p) in J: C (1.39)."""
-        return 0.5 * float(p @ self.velocity(q, p)) + self.potential(q)
+        return 0.5 * float(np.dot(p, self.velocity(q, p))) + self.potential(q)
 
     def gradient(self, q: Floats, p: Floats) -> tuple[Floats, Floats]:
         """Return ∂H/∂q and ∂H/∂p (n,).
@@ -99,7 +101,7 @@ class PortHamiltonian:
         gradient = np.concatenate(self.gradient(q, p))
         rate = (self.structure() - self.dissipation(q)) @ gradient
         if efforts is not None:
-            rate += self.input_matrix(q) @ efforts
+            rate += self.input_matrix(q) @ vector("efforts", efforts, self.dynamics.actuators)
         if tau is not None:
-            rate[self.n :] += tau
+            rate[self.n :] += vector("tau", tau, self.n)
         return rate[: self.n], rate[self.n :]

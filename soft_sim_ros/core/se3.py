@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
+from .arrays import vector
 from .kernels import rotation
 from .kernels.dual import load_twist
 from .kernels.jit import unit
@@ -65,7 +66,7 @@ def _tangent(x, out):
 def exp(x: Floats) -> Floats:
     """Return the pose (4, 4) reached by unit flow along the twist x (6,)."""
     out = np.empty((4, 4))
-    _exp(np.ascontiguousarray(x, dtype=np.float64), out)
+    _exp(vector("x", x, 6), out)
     return out
 
 
@@ -118,23 +119,24 @@ def right_tangent(x: Floats) -> Floats:
     The body twist of a varied exponential.
     """
     out = np.empty((6, 6))
-    _tangent(np.ascontiguousarray(x, dtype=np.float64), out)
+    _tangent(vector("x", x, 6), out)
     return out
 
 
 def left_tangent(x: Floats) -> Floats:
     """Return T(−x) (6, 6) with dg g⁻¹ = T(−x) dx for g = exp(x)."""
-    return right_tangent(-np.asarray(x, dtype=np.float64))
+    return right_tangent(-vector("x", x, 6))
 
 
 def pose_matrix(position: Floats, quaternion: Floats) -> Floats:
     """Return the pose (4, 4) of a position in m and a quaternion x y z w."""
     # not by scipy: loading its rotations would take a tenth of the start of a program
-    axis, w = np.asarray(quaternion[:3], dtype=np.float64), float(quaternion[3])
+    quaternion = vector("quaternion", quaternion, 4)
+    axis, w = quaternion[:3], float(quaternion[3])
     k = skew(axis)
     out = np.eye(4)
     out[:3, :3] += 2.0 / (axis @ axis + w * w) * (w * k + k @ k)
-    out[:3, 3] = position
+    out[:3, 3] = vector("position", position, 3)
     return out
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import NoSuchPlace
 from ..scene.strains import STRAINS
+from .arrays import real, vector
 from .compile import Compiled
 from .element import Element
 from .model import Floats, Ints
@@ -54,7 +55,7 @@ def shape_matrix(compiled: Compiled, rod: str, s: Floats) -> Floats:
 def strain(compiled: Compiled, rod: str, q: Floats, s: Floats) -> Floats:
     """Return ξ (P, 6) of a rod at arc lengths s (P,) for coordinates q (n,)."""
     elements, s, index = _elements_at(compiled, rod, s)
-    out: Floats = shape_matrix(compiled, rod, s) @ q
+    out: Floats = shape_matrix(compiled, rod, s) @ vector("q", q, len(compiled.coordinate_names))
     for i, element in enumerate(elements):
         at = np.flatnonzero(index == i)
         out[at] += element.section.strain0(element.normalised(s[at]))
@@ -67,7 +68,7 @@ def _elements_at(compiled: Compiled, rod: str, s: Floats) -> tuple[list[Element]
         known = ", ".join(compiled.chain.rods) or "none"
         raise NoSuchPlace(rod, f"one of the rods {known}")
     rod_map = compiled.chain.rods[rod]
-    s = np.atleast_1d(np.asarray(s, dtype=np.float64))
+    s = np.atleast_1d(real("s", s))
     if not ((s >= 0.0) & (s <= rod_map.rod.length)).all():
         worst = float(s[np.argmax(np.abs(s - 0.5 * rod_map.rod.length))])
         raise NoSuchPlace(worst, f"an arc length of {rod} in [0, {rod_map.rod.length:g}] m")

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import Diverged
+from ..errors import BadArgument, Diverged, SceneError
 from ..scene import Scene
+from ..scene.numerics import LONGEST_STEP
+from .arrays import vector, whole
+from .copying import arrays_of, pour, take_rest
 from .dynamics import Dynamics
 from .initial import check_mass, initial_state
 from .integrators import method_of
@@ -45,6 +50,10 @@ LEDGER = (
     "dissipated",
     "residual",
 )
+
+LATEST = 2**63 - 1  # ns: times are signed 64-bit numbers
+SLICE = 0.02  # s that kernels take, about, before Python looks for interrupts
+MOST_POSES = 100_000
 
 
 class Statistics(NamedTuple):
@@ -88,7 +97,14 @@ class Simulation:
     """
 
     def __init__(self, scene: Scene, prune: bool = True) -> None:
-        self.dynamics = Dynamics(scene)
+        self._build(Dynamics(scene), prune)
+        self._start = initial_state(self.dynamics, self._efforts)
+        check_mass(self.dynamics, self._start[0])
+        self.reset()
+
+    def _build(self, dynamics: Dynamics, prune: bool) -> None:
+        """Make everything but the state."""
+        self.dynamics, self._prune = dynamics, prune
         self.compiled = self.dynamics.compiled
         self.scene = scene = self.compiled.scene
         self.model = self.compiled.model
@@ -97,8 +113,9 @@ class Simulation:
         self.n_coordinates = len(self.coordinate_names)
         self.n_actuators = len(self.actuator_names)
         self.length = self.compiled.length
-        self.step_ns = round(scene.numerics.step * 1e9)
-        self.step_index = 0
+        self.step_ns = whole_nanoseconds(scene)
+        self._most_steps = LATEST // self.step_ns
+        self._pace = 1
         method = method_of(scene)
         stages = max(method.tableau.shape[0], method.starter.shape[0]) - 1
         if method.kind != ADAPTIVE:
@@ -132,9 +149,51 @@ class Simulation:
             calls=np.zeros(5, dtype=np.int64),
         )
         self._entry = Entry(self._problem, self.dynamics.calls())
-        self._start = initial_state(self.dynamics, self._efforts)
-        check_mass(self.dynamics, self._start[0])
-        self.reset()
+
+    # A copy, shallow or deep, and what is unpickled are simulations of their own in the same state,
+    # solver's memory and ledger included: they go on with the same bits. Scene and model are
+    # immutable and shared, but not by pickles.
+
+    @property
+    def _moving(self) -> tuple[Any, ...]:
+        """All arrays that a step or a command may change."""
+        return self._work, self._state, self._held, self._problem.data
+
+    def __copy__(self) -> Simulation:
+        return self._twin(None)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Simulation:
+        return self._twin(memo)
+
+    def _twin(self, memo: dict[int, Any] | None) -> Simulation:
+        new = object.__new__(type(self))
+        if memo is not None:
+            memo[id(self)] = new
+        new._build(Dynamics(self.compiled), self._prune)
+        new._start = self._start
+        pour("a Simulation", list(arrays_of(self._moving)), new._moving)
+        take_rest(new, self, memo)
+        return new
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        own = self.__dict__.keys() - _OWN
+        rest = {name: self.__dict__[name] for name in sorted(own)}
+        return self.compiled, self._prune, self._start, list(arrays_of(self._moving)), rest
+
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
+        compiled, prune, self._start, arrays, rest = state
+        self._build(Dynamics(compiled), prune)
+        pour("a Simulation", arrays, self._moving)
+        self.__dict__.update(rest)
+
+    @property
+    def step_index(self) -> int:
+        """Steps made since construction; it can be set, to begin at another time."""
+        return int(self._state.clock[0])
+
+    @step_index.setter
+    def step_index(self, index: int) -> None:
+        self._state.clock[0] = whole("step_index", index, 0, self._most_steps)
 
     @property
     def time_ns(self) -> int:
@@ -151,11 +210,15 @@ class Simulation:
 
         Time goes on.
         """
-        self._place(*self._start)
-        self._efforts[:] = [actuator.safe for actuator in self.scene.actuators]
-        self._held.tip[:] = 0.0
-        self._held.follows[:] = 0
-        self._forget()
+
+        def begin() -> None:
+            self._place(*self._start)
+            self._efforts[:] = [actuator.safe for actuator in self.scene.actuators]
+            self._held.tip[:] = 0.0
+            self._held.follows[:] = 0
+            self._forget()
+
+        _wholly(begin)
 
     def _place(self, q: Floats, v: Floats) -> None:
         """Set coordinates and rates; dashpots are where nothing pulls at them, and rest."""
@@ -184,51 +247,72 @@ class Simulation:
 
     def set_state(self, q: Floats, v: Floats) -> None:
         """Set coordinates and rates (n,), Maxwell branches relaxed; the ledger counts from here."""
-        for name, value in (("q", q), ("v", v)):
-            array = np.asarray(value, dtype=np.float64)
-            if array.shape != self.q.shape or not np.isfinite(array).all():
-                raise ValueError(f"{name} must be {self.q.shape} finite numbers, not {value!r}")
-        self._place(q, v)
-        self._forget()
+        q = vector("q", q, self.n_coordinates, finite=True)
+        v = vector("v", v, self.n_coordinates, finite=True)
+
+        def begin() -> None:
+            self._place(q, v)
+            self._forget()
+
+        _wholly(begin)
 
     def set_efforts(self, efforts: Floats) -> None:
         """Hold efforts (A,) in scene order, in N·m, N or Pa (lengths in m), from now on."""
-        given = np.array(efforts, dtype=np.float64)
-        if given.shape != self._efforts.shape or not self._entry.hold(given):
-            expected = f"{self._efforts.shape} finite numbers"
-            raise ValueError(f"efforts must be {expected}, not {efforts!r}")
+        given = vector("efforts", efforts, self.n_actuators)
+        if not self._entry.hold(given):
+            raise BadArgument("efforts", efforts, f"{self.n_actuators} finite numbers")
 
     def set_tip_wrench(self, wrench: Floats, frame: str = "world") -> None:
         """Hold a wrench (6,), moment N·m then force N, on the tip.
 
         Along world axes, or ("tip") following it.
         """
-        wrench = np.asarray(wrench, dtype=np.float64)
-        if wrench.shape != (6,) or not np.isfinite(wrench).all():
-            raise ValueError(f"a wrench is 6 finite numbers, not {wrench!r}")
+        wrench = vector("wrench", wrench, 6, finite=True)
         if frame not in ("world", "tip"):
-            raise ValueError(f"frame must be 'world' or 'tip', not {frame!r}")
+            raise BadArgument("frame", frame, "'world' or 'tip'")
         follows = frame == "tip"
         local = wrench if follows else self.dynamics.to_base(wrench)
         held = self._held
         if follows == held.follows[0] and np.array_equal(local, held.tip):
             return
-        held.tip[:], held.follows[0] = local, follows
-        self._work.restart[0] = 1
+
+        def push() -> None:
+            held.tip[:], held.follows[0] = local, follows
+            self._work.restart[0] = 1
+
+        _wholly(push)
 
     def advance(self, steps: int) -> None:
         """Make ``steps`` steps. The GIL is free meanwhile.
 
+        An interrupt (Ctrl-C) is heeded between two of them, within SLICE or so; state, time and
+        ledger then are those of the last step made.
+
         Raises
         ------
+        BadArgument
+            if ``steps`` is no whole number, below zero, or leads past the last time that 64 bits
+            of nanoseconds hold
         Diverged
             if a step is refused even when cut into small pieces; state and time are those of the
             last good step.
         """
-        made, status = self._entry.advance(self.time_ns, self.step_ns, steps)
-        self.step_index += made
-        if status:
-            raise Diverged(self.time, REASONS[status])
+        entry, clock, step_ns = self._entry, self._state.clock, self.step_ns
+        index = clock.item()
+        last = index + whole("steps", steps, 0, self._most_steps - index)
+        while True:
+            begin = time.perf_counter()
+            if status := entry.advance(step_ns, last - index, self._pace):
+                raise Diverged(self.time, REASONS[status])
+            index = clock.item()
+            if index >= last:
+                return
+            # how steps are grouped changes no bit, so it may depend on how fast this machine is
+            spent = time.perf_counter() - begin
+            if spent < 0.5 * SLICE:
+                self._pace *= 2
+            elif spent > SLICE:
+                self._pace = max(1, self._pace // 2)
 
     def ports(self) -> tuple[Floats, Floats, Floats]:
         """Return position, velocity and effort (A,) of the actuator ports.
@@ -270,18 +354,47 @@ class Simulation:
     @property
     def nbytes(self) -> int:
         """Memory in bytes of model, state and solver."""
-        return _bytes(self._problem)
+        return sum(array.nbytes for array in arrays_of(self._problem))
 
     def sampler(self, poses: int) -> Sampler:
         """Return a sampler of ``poses`` frames, equally spaced in arc length from base to tip.
 
         The last one is the frame at the end of the chain, beyond joints and bodies after the rods.
         """
-        return Sampler(self.compiled, self.q, np.linspace(0.0, self.length, poses))
+        poses = whole("poses", poses, 1, MOST_POSES)
+        return Sampler(self.compiled, self.q, np.linspace(0.0, self.length, poses), of=self)
 
 
-def _bytes(value: object) -> int:
-    """Return the memory of nested tuples of arrays."""
-    if isinstance(value, np.ndarray):
-        return value.nbytes
-    return sum(map(_bytes, value)) if isinstance(value, tuple) else 0
+# The attributes of a Simulation by itself: whatever else a subclass or a user adds is copied too.
+_OWN = frozenset(
+    "dynamics _prune compiled scene model coordinate_names actuator_names n_coordinates n_actuators"
+    " length step_ns _most_steps _pace _work _state _q _v q v _efforts _held _problem _entry"
+    " _start".split()
+)
+
+
+def _wholly(change: Callable[[], None]) -> None:
+    """Make a change of several arrays, one that can be made twice, wholly or not at all.
+
+    An interrupt in its middle is handed on when it is made.
+    """
+    try:
+        change()
+    except BaseException:
+        change()
+        raise
+
+
+def whole_nanoseconds(scene: Scene) -> int:
+    """Return the step of a scene in ns.
+
+    Raises
+    ------
+    SceneError
+        if it is none, or longer than LONGEST_STEP
+    """
+    step = scene.numerics.step
+    if not 0.5e-9 < step <= LONGEST_STEP:
+        expected = f"a time in s that is a whole number of nanoseconds, at most {LONGEST_STEP:g}"
+        raise SceneError(scene.file, "numerics.step", step, expected)
+    return round(step * 1e9)

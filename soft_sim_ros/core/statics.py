@@ -69,8 +69,8 @@ def equilibrium(
     """
     n = dynamics.n
     state = np.zeros(n) if q is None else dynamics.coordinates(q).copy()
-    mask = np.ones(n, dtype=bool) if free is None else np.asarray(free, dtype=bool)
-    if mask.shape != (n,):
+    mask = np.ones(n, dtype=bool) if free is None else np.asarray(free)
+    if mask.shape != (n,) or mask.dtype != bool:
         raise ValueError(f"free must be {n} truth values, not {free!r}")
     if not mask.any():
         return state

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from . import se3
+from .arrays import real
 from .dynamics import Dynamics
 from .model import Floats
 from .statics import equilibrium
@@ -172,11 +173,11 @@ def make_task(
     if not actuators:
         raise ValueError(f"{dynamics.compiled.scene.name} has no actuators")
     if position is not None:
-        position = np.asarray(position, dtype=float)
+        position = real("position", position)
         if position.shape != (3,) or not np.isfinite(position).all():
             raise ValueError(f"position must be three finite numbers, not {position!r}")
     if rotation is not None:
-        rotation = np.asarray(rotation, dtype=float)
+        rotation = real("rotation", rotation)
         orthogonal = rotation.shape == (3, 3) and np.allclose(
             rotation @ rotation.T, np.eye(3), atol=1e-6
         )
@@ -184,14 +185,14 @@ def make_task(
             raise ValueError(f"rotation must be a rotation matrix (3, 3), not {rotation!r}")
     if limits is None:
         limits = np.array([actuator.limits for actuator in actuators]).T
-    limits = np.asarray(limits, dtype=float)
+    limits = real("limits", limits)
     if limits.shape != (2, len(actuators)) or not (limits[0] <= limits[1]).all():
         raise ValueError(f"limits must be (2, {len(actuators)}), low ≤ high, not {limits!r}")
     if weights is None:
         largest = np.abs(limits).max(axis=0)
         usable = np.isfinite(largest) & (largest > 0.0)
         weights = 1.0 / np.where(usable, largest, 1.0)
-    weights = np.asarray(weights, dtype=float)
+    weights = real("weights", weights)
     if weights.shape != (len(actuators),) or not (weights > 0.0).all():
         raise ValueError(f"weights must be {len(actuators)} numbers above zero, not {weights!r}")
     if not tolerance > 0.0:

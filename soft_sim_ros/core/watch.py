@@ -54,17 +54,23 @@ class WatchedInputs(Inputs):
 
     def take(self, order: Order) -> None:
         """Hold the values of ``order`` from the next `update` on."""
+        if self.companion.step_index < self.simulation.step_index:
+            self._follow()
         super().take(order)
         self._shadow.take(order)
 
     def advance(self, steps: int) -> None:
         """Advance both by ``steps``, and compare their tips."""
         super().advance(steps)
+        self._follow()
+
+    def _follow(self) -> None:
+        """Bring the companion to where the simulation is: an interrupt may have kept it behind."""
         if self.error_rel == np.inf:
             return
         before = self.error_rel
         try:
-            self._shadow.advance(steps)
+            self._shadow.advance(self.simulation.step_index - self.companion.step_index)
             tips = [sampler.poses()[-1, :3] for sampler in self._tips]
             apart = float(np.linalg.norm(tips[0] - tips[1])) / self.simulation.length
             self.error_rel = max(before, SAFETY * apart)

@@ -39,9 +39,15 @@ def read_centre_line(
     reader.only("points", "frames", "file", "normal")
     key = reader.one_of(("points", "file"))
     points, quaternions = _read_points(reader, key)
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    steps = np.linalg.norm(np.diff(points.reshape(-1, 3), axis=0), axis=1)
     if len(points) < LEAST or not np.all(steps > 1e-9 * length):
         reader.refuse(f"at least {LEAST} points, each apart from the one before", key)
+    straight = float(steps.sum())  # no curve through the points is shorter
+    if straight > length * (1.0 + AGREEMENT):
+        expected = (
+            f"points on a curve as long as the section, {length:g} m (at least {straight:g} m)"
+        )
+        reader.refuse(expected, key)
     chord = np.concatenate([[0.0], np.cumsum(steps)])
     spline = scipy.interpolate.make_interp_spline(chord, points, k=5 if len(points) > 5 else 3)
     curve = _curve(spline, chord)

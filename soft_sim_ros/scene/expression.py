@@ -55,8 +55,11 @@ def _value(node: ast.expr, s: Floats, depth: int) -> Any:
     """Return the value of a node; everything is a floating-point number, so powers stay small."""
     if depth > DEEPEST:
         raise ExpressionError("fewer parentheses")
-    if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
-        return np.float64(node.value)
+    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        try:
+            return np.float64(node.value)
+        except OverflowError:
+            raise ExpressionError("numbers below 1.8e308, all of them") from None
     if isinstance(node, ast.Name) and node.id in ("s", "pi"):
         return s if node.id == "s" else np.pi
     if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from soft_sim_ros.scene.body import Body, FlexibleLink, Rod
+from soft_sim_ros.scene.body import ROUNDING, Body, FlexibleLink, Rod
 from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.reader import Reader, frozen
 from soft_sim_ros.scene.strains import STRAINS
@@ -49,7 +49,7 @@ def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
         if not isinstance(joint, Joint):
             continue
         turn = np.linalg.norm(np.atleast_1d(positions.get(joint.name, 0.0))[:3])
-        if joint.kind in ("spherical", "free") and turn > np.pi:
+        if joint.kind in ("spherical", "free") and turn > np.pi * (1.0 + ROUNDING):
             expected = f"a rotation vector no longer than half a turn, not {turn:.4g} rad"
             reader.mapping("positions").refuse(expected, joint.name)
     velocities = _read_joint_values(reader.mapping("velocities"), moving)

@@ -5,6 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+# Numbers of a scene lie between these in size, zero and infinity apart: fourth powers of lengths
+# times moduli, and what is made of them, then are numbers too.
+LEAST, MOST = 1e-60, 1e30
+
 
 @dataclass(frozen=True)
 class Interval:
@@ -29,6 +33,18 @@ class Interval:
         above = value > self.low or (self.low_closed and value == self.low)
         below = value < self.high or (self.high_closed and value == self.high)
         return above and below
+
+    def refuses(self, value: float) -> str | None:
+        """Return None if a number is allowed, also in its size, else what is expected."""
+        if math.isnan(value) or value not in self:
+            return f"a {self}"
+        if math.isinf(value):
+            return None
+        if abs(value) > MOST and not (math.isinf(self.high) and self.high_closed):
+            return f"a {self}, in size at most {MOST:g}"
+        if 0.0 < value < LEAST and self.low == 0.0 and not self.low_closed:
+            return f"a {self}, at least {LEAST:g}"
+        return None
 
     def __str__(self) -> str:
         """Finish the sentence "expected a …"."""

@@ -169,7 +169,7 @@ def read_law(reader: Reader) -> Law:
         return _read_registered(reader)
     given = {key: reader.number(key, FINITE) for key in KINDS[kind]}
     law = Rivlin(**given)
-    if not law.shear_modulus > 0.0:
+    if POSITIVE.refuses(law.shear_modulus):
         reader.refuse("a law with a shear modulus 2 (c10 + c01) > 0", KINDS[kind][-1])
     return law
 
@@ -188,7 +188,11 @@ def _read_table(reader: Reader) -> Curve:
         reader.refuse("stretches below, at and above 1", "stretch")
     if stress[rest[0]] != 0.0:
         reader.refuse("a stress of 0 at the stretch of 1", "stress")
-    return _curve(scipy.interpolate.PchipInterpolator(stretch, stress))
+    law = _curve(scipy.interpolate.PchipInterpolator(stretch, stress))
+    if expected := POSITIVE.refuses(law.young_modulus):
+        slope = f"the slope at a stretch of 1, {law.young_modulus:g} Pa"
+        reader.refuse(f"stresses with {expected} as {slope}", "stress")
+    return law
 
 
 def _read_registered(reader: Reader) -> Curve:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from soft_sim_ros.scene.actuator import read_arc_length, read_span
-from soft_sim_ros.scene.body import Body, FlexibleLink, Rod
+from soft_sim_ros.scene.body import ROUNDING, Body, FlexibleLink, Rod
 from soft_sim_ros.scene.interval import NONNEGATIVE, Interval
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
@@ -137,6 +137,7 @@ def _read_schedule(reader: Reader) -> Schedule:
     start = reader.number("start", default=0.0)
     end = reader.number("end", Interval(start, math.inf, False, True), default=math.inf)
     ramp = reader.number("ramp", NONNEGATIVE, default=0.0)
-    if 2 * ramp > end - start:
+    # 0.3 − 0.1 is not 0.2 in floating-point numbers
+    if 2 * ramp > (end - start) * (1.0 + ROUNDING):
         reader.refuse(f"at most half the time between start and end, {end - start:g} s", "ramp")
     return Schedule(start, end, ramp)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from soft_sim_ros.scene.body import Body, Rod
-from soft_sim_ros.scene.interval import POSITIVE, Interval
+from soft_sim_ros.scene.interval import Interval
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.strains import STRAINS
 
@@ -19,6 +19,7 @@ FIXED_ORDER = {"constant": 0, "linear": 1}
 DEFAULT_ORDER = {
     "torsion": 1, "bend_y": 3, "bend_z": 3, "stretch": 1, "shear_y": 1, "shear_z": 1,
 }  # fmt: skip
+LONGEST_STEP = 1e6  # s: times are counted in 64 bits of nanoseconds
 MAX_ORDER = 50
 MAX_ELEMENTS = 10000
 
@@ -129,10 +130,12 @@ def _read_newton_tolerance(reader: Reader) -> float | None:
 
 
 def _read_step(reader: Reader) -> float:
-    step = reader.number("step", POSITIVE, default=0.002)
+    step = reader.number("step", Interval(0.0, LONGEST_STEP, False, True), default=0.002)
     nanoseconds = step * 1e9
-    # Time is counted in whole nanoseconds, as ROS counts it; anything else would drift.
-    if not (nanoseconds >= 1.0 and abs(nanoseconds - round(nanoseconds)) < 1e-3):
+    # Time is counted in whole nanoseconds, as ROS counts it; anything else would drift. What is
+    # long is a whole number but for round-off.
+    apart = abs(nanoseconds - round(nanoseconds))
+    if not (nanoseconds >= 1.0 - 1e-9 and apart < 1e-3 + 1e-15 * nanoseconds):
         reader.refuse("a time in s that is a whole number of nanoseconds", "step")
     return float(step)
 

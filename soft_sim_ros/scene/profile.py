@@ -134,7 +134,7 @@ def _function_name(reader: Reader) -> str:
 
 
 def _table(reader: Reader, key: str, rows: Floats, length: float, interpolation: str) -> Table:
-    s = rows[:, 0]
+    s = rows.reshape(-1, 2)[:, 0]
     if len(s) < 2 or not np.all(np.diff(s) > 0.0):
         reader.refuse("at least two rows, s rising (at a jump another section begins)", key)
     if abs(s[0]) > ROUNDING * length or abs(s[-1] - length) > ROUNDING * length:
@@ -153,6 +153,7 @@ def _check(reader: Reader, key: str, profile: Profile, length: float, within: In
         except (TypeError, ValueError, ArithmeticError) as error:
             reader.refuse(f"a function of arc lengths (N,) in m ({error})", key)
     for x, value in zip(places, values, strict=True):
-        if not np.isfinite(value) or value not in within:
+        expected = within.refuses(value) if np.isfinite(value) else f"a {within}"
+        if expected:
             where = f"it is {value:g} at s = {x * length:g} m"
-            reader.refuse(f"a {within} all along the section ({where})", key)
+            reader.refuse(f"{expected} all along the section ({where})", key)

@@ -11,7 +11,6 @@ Whatever is wrong becomes a SceneError with file, line, key path, value and what
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Sequence
 from typing import Any, NoReturn
 
@@ -309,8 +308,8 @@ class Reader:
 
     def _number(self, node: yaml.Node, within: Interval, path: str) -> float:
         value = to_number(node)
-        if math.isnan(value) or value not in within:
-            self._refuse_node(node, path, f"a {within}")
+        if expected := within.refuses(value):
+            self._refuse_node(node, path, expected)
         return value
 
     def _profile(self, node: yaml.Node, length: float, within: Interval, path: str) -> Profile:

@@ -6,7 +6,7 @@ Load switches hit exactly, failed steps retried smaller, nothing accepted by hop
 from .forcing import next_switch, switches_at
 from .jit import call_step, call_uphold, kernel, unit
 from .newton import CONVERGED, TOO_FAR
-from .problem import ADAPTIVE, REFUSED
+from .problem import ADAPTIVE, EVALUATIONS, REFUSED
 
 # A step is cut in half at most this many times, into at most this many pieces, before it is
 # refused for good: nobody waits for ever.
@@ -81,23 +81,29 @@ def fixed_step(problem, t, h):
 
 
 @unit
-def advance(problem, start_ns, step_ns, steps):
-    """Make up to ``steps`` steps from start_ns.
+def advance(problem, step_ns, steps, most):
+    """Make ``steps`` steps, fewer if they take more than ``most`` evaluations of the residual.
 
-    Return (steps made, status of the one that failed or CONVERGED).
+    Each is counted in State.clock as soon as it is made: state and time change together, whatever
+    happens to the caller. Return the status of the step that failed, or CONVERGED.
     """
-    data, held = problem.data, problem.held
+    data, held, clock = problem.data, problem.held, problem.state.clock
+    counters = problem.work.counters
     for c in range(3):
         data.gravity[c] = held.gravity[c]
     for i in range(len(held.effort)):
         data.effort[i] = held.effort[i]
     h = step_ns * 1e-9
-    for s in range(steps):
-        t = (start_ns + s * step_ns) * 1e-9
+    last, enough = clock[0] + steps, counters[EVALUATIONS] + most
+    while clock[0] < last:
+        t = (clock[0] * step_ns) * 1e-9
         if problem.method.kind == ADAPTIVE:
             status = call_step(problem.calls[4], problem, t, h)
         else:
             status = fixed_step(problem, t, h)
         if status != CONVERGED:
-            return s, status
-    return steps, CONVERGED
+            return status
+        clock[0] += 1
+        if counters[EVALUATIONS] >= enough:
+            break
+    return CONVERGED

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import NoReturn
+
+from ...errors import NotCopied
 from ..model import Floats
 from .account import hold, take_stock
 from .adaptive import adaptive_step
@@ -24,8 +27,8 @@ STEPS = {
 
 
 @unit
-def _advance(function, problem, start_ns, step_ns, steps):
-    return call_advance(function, problem, start_ns, step_ns, steps)
+def _advance(function, problem, step_ns, steps, most):
+    return call_advance(function, problem, step_ns, steps, most)
 
 
 @unit
@@ -56,10 +59,13 @@ class Entry:
         self._take_stock = address(take_stock, problem)
         self._hold = address(hold, problem, problem.held.effort)
 
-    def advance(self, start_ns: int, step_ns: int, steps: int) -> tuple[int, int]:
-        """Make up to ``steps`` steps; return how many were made and newton.REASONS' key, or 0."""
-        made, status = _advance(self._advance, self._problem, start_ns, step_ns, steps)
-        return int(made), int(status)
+    def __reduce_ex__(self, protocol: object) -> NoReturn:
+        """Refuse to be copied or pickled: addresses would be those of the original's arrays."""
+        raise NotCopied("the entry into kernels", "it holds addresses; copy its Simulation")
+
+    def advance(self, step_ns: int, steps: int, most: int) -> int:
+        """Make up to ``steps`` steps (advance.py); return newton.REASONS' key, or 0."""
+        return int(_advance(self._advance, self._problem, step_ns, steps, most))
 
     def take_stock(self) -> None:
         """Bring the energies and works of the State up to date."""

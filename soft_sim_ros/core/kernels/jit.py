@@ -169,10 +169,9 @@ def call_uphold(context, where, model, data, work, h, q, v):  # noqa: ARG001
 
 
 @_intrinsic
-def call_advance(context, where, problem, start_ns, step_ns, steps):  # noqa: ARG001
-    """Call advance(problem, start_ns, step_ns, steps); the problem is its address as a number."""
-    returns = numba.types.UniTuple(numba.types.int64, 2)
-    return _call(returns, where, (problem, start_ns, step_ns, steps), pointers=1)
+def call_advance(context, where, problem, step_ns, steps, most):  # noqa: ARG001
+    """Call advance(problem, step_ns, steps, most); the problem is its address as a number."""
+    return _call(numba.types.int64, where, (problem, step_ns, steps, most), pointers=1)
 
 
 @_intrinsic

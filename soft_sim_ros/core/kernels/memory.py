@@ -12,7 +12,7 @@ packed is never written, so that a compiler may load it once and keep it.
 from __future__ import annotations
 
 import hashlib
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import numba
 import numpy as np
@@ -31,6 +31,7 @@ from numba.extending import (
 )
 from numba.np.arrayobj import populate_array
 
+from ...errors import NotCopied
 from ..model import SPACES, Data, Fibres, Loads, Model, Samples
 
 T = TypeVar("T", bound=type)
@@ -104,6 +105,10 @@ class Packed:
                 words.append(part)
         self._kept, self._words = kept, np.array([*words, 0], dtype=np.int64)
         self.address = int(self._words.ctypes.data)
+
+    def __reduce_ex__(self, protocol: object) -> NoReturn:
+        """Refuse to be copied or pickled: the words would refer to the original's arrays."""
+        raise NotCopied("a packed struct", "it holds addresses; copy the named tuple")
 
 
 _recent: dict[int, tuple[Any, Packed]] = {}

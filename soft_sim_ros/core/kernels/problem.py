@@ -58,6 +58,7 @@ class State(NamedTuple):
     position: Floats  # (A,) port positions
     rate: Floats  # (A,) port velocities
     acting: Floats  # (A,) port efforts
+    clock: Ints  # (1,) steps of the scene's grid made so far
 
 
 @struct
@@ -166,4 +167,5 @@ def new_state(model: Model) -> State:
         position=np.zeros(actuators),
         rate=np.zeros(actuators),
         acting=np.zeros(actuators),
+        clock=np.zeros(1, dtype=np.int64),
     )

@@ -1,0 +1,54 @@
+"""What is computed from a scene's numbers must be numbers too."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import SceneError
+
+if TYPE_CHECKING:
+    from .compile import Compiled
+
+# array of the model or of the loads → what it is, and the key of the scene that it comes from
+SOURCES = {
+    "half": ("the length of a segment", "bodies"),
+    "kappa": ("the square of a length", "bodies"),
+    "xi0": ("a reference strain", "bodies"),
+    "entry_phi": ("a trial function", "numerics.basis"),
+    "inertia": ("a mass or a moment of inertia", "bodies"),
+    "drag": ("a mass or a moment of inertia times rayleigh.mass", "materials"),
+    "stiffness": ("a stiffness", "materials"),
+    "damping": ("a damping", "materials"),
+    "branch": ("the stiffness of a Maxwell branch", "materials"),
+    "branch_time": ("the time of a Maxwell branch", "materials"),
+    "points": ("a fibre of a section", "materials"),
+    "laws": ("a law of a material", "materials"),
+    "knots": ("a law of a material", "materials"),
+    "weight": ("how far a coordinate moves the tip", "bodies"),
+    "port_gain": ("the gain of an actuator", "actuators"),
+    "tendon_path": ("the path of a tendon or a chamber", "actuators"),
+    "tendon_rest": ("the length of a tendon or a chamber", "actuators"),
+    "winch": ("the stiffness or damping of a tendon", "actuators"),
+    "friction": ("the friction of a tendon", "actuators"),
+    "wrench": ("a wrench on a node", "loads"),
+}
+
+
+def refuse_overflow(compiled: Compiled) -> None:
+    """Refuse a scene whose numbers are each allowed, but make others that are none.
+
+    Raises
+    ------
+    SceneError
+        which says what they were to make
+    """
+    for part in (compiled.model, compiled.model.fibres, compiled.loads):
+        for name, array in part._asdict().items():
+            if name not in SOURCES or np.isfinite(array).all():
+                continue
+            what, key = SOURCES[name]
+            wrong = float(array[~np.isfinite(array)][0])
+            expected = f"numbers of more usual size: {what}, made of them, is {wrong}"
+            raise SceneError(compiled.scene.file, key, compiled.scene.name, expected)
