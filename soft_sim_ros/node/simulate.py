@@ -138,7 +138,7 @@ class Arm:
             self.simulation,
             settings.command_timeout,
             settings.command_ramp,
-            log.warning,
+            self._warn,
             Bounds.of_arm(
                 self.simulation.scene,
                 self.simulation.length,
@@ -147,7 +147,9 @@ class Arm:
             ),
         )
         self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
-        self.gate = Gate(self.inputs, settings.frame_id, self._submit, node.get_logger().warning)
+        self.gate = Gate(
+            self.inputs, settings.frame_id, lambda *order: self.physics.submit(*order), self._warn
+        )
         self.log = self._open_log((*self.publishers.topics, *inputs), prefix)
         self.physics = Physics(
             self.inputs,
@@ -158,7 +160,7 @@ class Arm:
             Pacer(settings.real_time_factor),
             paused=settings.start_paused,
             exit_on_error=settings.exit_on_error,
-            complain=node.get_logger().error,
+            complain=self._complain,
         )
         with asking_ros("cannot offer services"):
             self.services = Services(node, self.physics, settings.step_count)
@@ -166,10 +168,18 @@ class Arm:
             node,
             self.publishers.topic_name("backbone"),
             settings.publish_clock,
-            node.get_logger().warning,
+            self._warn,
         )
         self.diagnostics = Diagnostics(node, self.physics, self.gate, rivals, scene.name)
         on_change(node, self._change)
+
+    # rclpy wants one severity from one place: whoever is handed one of these may have both.
+
+    def _warn(self, text: str) -> None:
+        self.node.get_logger().warning(text)
+
+    def _complain(self, text: str) -> None:
+        self.node.get_logger().error(text)
 
     def spin(self) -> None:
         """Run until the physics thread ends, which it does when asked to stop or when it fails."""
@@ -231,9 +241,6 @@ class Arm:
             metadata=run_metadata(self.settings, prefix) | self.inputs.bounds.facts(),
             attachments={"scene.yaml": scene.source.encode()},
         )
-
-    def _submit(self, key, order, data) -> bool:
-        return self.physics.submit(key, order, data)
 
     def _subscribe(self, one):
         return self.node.create_subscription(
