@@ -216,15 +216,14 @@ class Arm:
             except OSError as error:
                 log.error(f"no summary: {one_line(error)}")
             lost = f", {self.log.dropped} dropped" if self.log.dropped else ""
-            where = one_line(self.settings.record)
-            words.append(f"{self.log.written} messages recorded in {where}{lost}")
+            words.append(f"{self.log.written} messages recorded in {self.settings.record}{lost}")
             if self.log.error:
                 words.append(f"recording error: {self.log.error}")
         lossy = self.log is not None and (self.log.dropped > 0 or self.log.error is not None)
         if lossy:
             words.append("`recover` makes a clean recording of what is there")
         bad = physics.failure or physics.diverged or lossy
-        (log.error if bad else log.info)("; ".join(words))
+        (log.error if bad else log.info)(one_line("; ".join(words)))
         if physics.diverged and not physics.failure:
             return DIVERGED
         return FAILED if bad else ENDED

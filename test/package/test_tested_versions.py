@@ -19,7 +19,7 @@ REQUIREMENTS = sorted({*DECLARED["REQUIRES"], *sum(DECLARED["EXTRAS"].values(), 
 def test_every_line_names_one_version():
     lines = [line for line in TEXT.splitlines() if not line.startswith("#")]
     assert len(lines) == len(LOCKED) > 30
-    assert lines == sorted(lines)
+    assert list(LOCKED) == sorted(LOCKED)
     assert re.search(r"^# Python 3\.1[0-3]\.\d+, Linux x86_64\.$", TEXT, re.MULTILINE)
     assert "tools/tested.py" in TEXT
 
