@@ -12,6 +12,7 @@ import numpy as np
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.orders import Order
 from soft_sim_ros.errors import Diverged
+from soft_sim_ros.foreign import one_line
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.commands import Throttle
 from soft_sim_ros.node.inbox import Answer, Inbox
@@ -269,7 +270,8 @@ class Physics:
         if trouble != self._log_trouble:
             self._log_trouble = trouble
             lost = f", {self.log.dropped} messages dropped so far" if self.log.dropped else ""
-            self._complain(f"recording is in trouble: {self.log.error or 'too slow'}{lost}")
+            why = one_line(self.log.error or "too slow")
+            self._complain(f"recording is in trouble: {why}{lost}")
 
     def _look_at_ledger(self) -> None:
         self.residual = float(np.asarray(self.simulation.ledger())[_RESIDUAL])

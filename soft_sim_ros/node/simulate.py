@@ -139,7 +139,7 @@ class Arm:
             self.simulation,
             settings.command_timeout,
             settings.command_ramp,
-            log.warning,
+            self._warn,
             Bounds.of_arm(
                 self.simulation.scene,
                 self.simulation.length,
@@ -148,7 +148,9 @@ class Arm:
             ),
         )
         self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
-        self.gate = Gate(self.inputs, settings.frame_id, self._submit, node.get_logger().warning)
+        self.gate = Gate(
+            self.inputs, settings.frame_id, lambda *order: self.physics.submit(*order), self._warn
+        )
         self.diagnostics: Diagnostics | None = None
         self.log = self._open_log((*self.publishers.topics, *inputs), prefix)
         self.physics = Physics(
@@ -160,7 +162,7 @@ class Arm:
             Pacer(settings.real_time_factor),
             paused=settings.start_paused,
             exit_on_error=settings.exit_on_error,
-            complain=node.get_logger().error,
+            complain=self._complain,
         )
         with asking_ros("cannot offer services"):
             self.services = Services(node, self.physics, settings.step_count)
@@ -168,10 +170,18 @@ class Arm:
             node,
             self.publishers.topic_name("backbone"),
             settings.publish_clock,
-            node.get_logger().warning,
+            self._warn,
         )
         self.diagnostics = Diagnostics(node, self.physics, self.gate, rivals, scene.name)
         on_change(node, self._change)
+
+    # rclpy wants one severity from one place: whoever is handed one of these may have both.
+
+    def _warn(self, text: str) -> None:
+        self.node.get_logger().warning(text)
+
+    def _complain(self, text: str) -> None:
+        self.node.get_logger().error(text)
 
     def spin(self) -> None:
         """Run until the physics thread ends, which it does when asked to stop or when it fails."""
@@ -209,15 +219,14 @@ class Arm:
             except OSError as error:
                 log.error(f"no summary: {one_line(error)}")
             lost = f", {self.log.dropped} dropped" if self.log.dropped else ""
-            where = one_line(self.settings.record)
-            words.append(f"{self.log.written} messages recorded in {where}{lost}")
+            words.append(f"{self.log.written} messages recorded in {self.settings.record}{lost}")
             if self.log.error:
                 words.append(f"recording error: {self.log.error}")
         lossy = self.log is not None and (self.log.dropped > 0 or self.log.error is not None)
         if self.log is not None and not self.log.complete and self.log.written:
             words.append("`recover` makes a clean recording of what is there")
         bad = physics.failure or physics.diverged or lossy
-        (log.error if bad else log.info)("; ".join(words))
+        (log.error if bad else log.info)(one_line("; ".join(words)))
         if physics.diverged and not physics.failure:
             return DIVERGED
         return FAILED if bad else ENDED
@@ -238,13 +247,10 @@ class Arm:
 
     def _lost(self, what: str) -> None:
         """Say at once, in every way there is, that files of the recording are gone."""
-        self.node.get_logger().error(f"recording: {what}")
-        self.publishers.send("events", encode_string(f"recording_lost: {what}"))
+        self.node.get_logger().error(f"recording: {one_line(what)}")
+        self.publishers.send("events", encode_string(f"recording_lost: {one_line(what)}"))
         if self.diagnostics is not None:
             self.diagnostics.publish()
-
-    def _submit(self, key, order, data) -> bool:
-        return self.physics.submit(key, order, data)
 
     def _subscribe(self, one):
         return self.node.create_subscription(

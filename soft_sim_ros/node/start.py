@@ -20,6 +20,7 @@ from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.foreign import one_line, shown
 
 PARAMETERS = "--params-file"
+_LAST_DOMAIN = 232
 _LARGEST = 1_000_000  # bytes of a parameter file
 # What rclpy raises where ROS refuses a name, a value or a quality of service.
 _REFUSALS = (RuntimeError, ValueError, TypeError, ParameterException, NameValidationException)
@@ -45,6 +46,7 @@ def start(parser: argparse.ArgumentParser, args: list[str]) -> argparse.Namespac
 
     Signal handlers are left to the caller.
     """
+    _check_domain()
     for file in parameter_files(args):
         _check_file(file)
     with asking_ros("cannot start"):
@@ -56,6 +58,14 @@ def start(parser: argparse.ArgumentParser, args: list[str]) -> argparse.Namespac
 def parameter_files(args: Sequence[str]) -> list[str]:
     """Return the files of parameters that a command line names."""
     return [file for flag, file in zip(args, args[1:], strict=False) if flag == PARAMETERS]
+
+
+def _check_domain() -> None:
+    """Refuse a domain that DDS has no ports for: it would end the process by itself."""
+    domain = os.environ.get("ROS_DOMAIN_ID", "").strip() or "0"
+    if not (domain.isascii() and domain.isdigit() and int(domain[:9]) <= _LAST_DOMAIN):
+        why = f"expected a whole number from 0 to {_LAST_DOMAIN}"
+        raise StartError(f"cannot start: ROS_DOMAIN_ID = {shown(domain)}: {why}")
 
 
 def _check_file(file: str) -> None:

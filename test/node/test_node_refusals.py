@@ -146,7 +146,7 @@ def test_a_file_with_names_that_match_slowly_is_looked_through_at_once(tmp_path)
     file = tmp_path / "parameters.yaml"
     file.write_bytes(b"/" + b"**/a/" * 200 + b"x: {ros__parameters: {poses: 3}}")
     (line,) = passed_over(["--params-file", str(file)], "/a" * 100 + "/soft_arm")
-    assert len(line) < 1000
+    assert len(line) < 1500
 
 
 def test_of_many_faults_the_first_are_said_and_the_others_counted(tmp_path, capfd):
@@ -174,9 +174,9 @@ def test_the_replay_refuses_on_one_line_too(refused, words):
 @pytest.mark.parametrize(
     "variable, value",
     [
-        ("RMW_IMPLEMENTATION", "rmw_nobody_cpp"),
         ("ROS_DOMAIN_ID", "abc"),
         ("ROS_DOMAIN_ID", "100000"),
+        ("ROS_DOMAIN_ID", "-1"),
         ("ROS_LOG_DIR", "/dev/null/x"),
     ],
 )
