@@ -7,7 +7,7 @@ equations, no basis.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,18 +20,20 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Rod:
-    """A uniform straight rod along x from the origin, clamped there.
+    """A uniform rod that begins along x at the origin, where it is clamped.
 
     lengths : m of the stretches at whose ends wrenches act
     stiffness : (6,) of torsion, bending about y and z (N·m²), stretch and shear (N)
     weight : (3,) N/m along world axes
     wrenches : (stretches, 6) moment N·m and force N at the ends, along world axes
+    curvature : (3,) 1/m at rest, about the section's axes
     """
 
     lengths: tuple[float, ...]
     stiffness: Floats
     weight: Floats
     wrenches: Floats
+    curvature: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def force(self, stretch: int, s: float) -> Floats:
         """Return the internal force (3,) at arc length s, along world axes."""
@@ -43,7 +45,7 @@ class Rod:
         quaternion = y[3:7] / np.linalg.norm(y[3:7])
         turn = Rotation.from_quat(quaternion).as_matrix()
         force = self.force(stretch, s)
-        bent = turn.T @ y[7:10] / self.stiffness[:3]
+        bent = turn.T @ y[7:10] / self.stiffness[:3] + self.curvature
         drawn = turn @ (turn.T @ force / self.stiffness[3:] + [1.0, 0.0, 0.0])
         vector, scalar = quaternion[:3], quaternion[3]
         spin = 0.5 * np.append(scalar * bent + np.cross(vector, bent), -vector @ bent)
@@ -80,7 +82,7 @@ def solve(rod: Rod, stations: list[Floats], steps: int = 4) -> list[Floats]:
     none: list[Floats] = [np.zeros(0)] * len(rod.lengths)
     moment = np.zeros(3)
     for share in np.linspace(0.0, 1.0, steps + 1)[1:]:
-        part = Rod(rod.lengths, rod.stiffness, share * rod.weight, share * rod.wrenches)
+        part = replace(rod, weight=share * rod.weight, wrenches=share * rod.wrenches)
         guess = moment * share / (share - 1.0 / steps) if moment.any() else moment
         found = root(lambda m, part=part: march(part, m, none)[1], guess, tol=1e-13)
         size = float(np.abs(found.fun).max())
