@@ -195,21 +195,26 @@ def drive(case, mbs, springs, cells, stiffness):
             shares[k, c, axis] = max(high - low, 0.0) / stiffness[axis]
     rows = np.array(held["values"])
 
-    def act(row):
-        for spring, offset in zip(springs, np.einsum("c,kca->ka", rows[row], shares), strict=True):
+    def act(efforts):
+        for spring, offset in zip(springs, np.einsum("c,kca->ka", efforts, shares), strict=True):
             mbs.SetObjectParameter(spring, "offset", offset)
 
-    act(0)
+    act(rows[0])
     if len(rows) == 1:
         return
-    now = [0]
+    now = [(0, 0)]
 
     def step(mbs, t):
-        """Called before every step with the time of its end."""
-        row = min(int(t / held["period"] - 1e-6), len(rows) - 1)
-        if row != now[0]:
-            now[0] = row
-            act(row)
+        """Called before every step with the time of its end.
+
+        Generalised-α takes forces at the ends of steps; where one jumps, the mean of both sides
+        keeps its second order.
+        """
+        periods = t / held["period"]
+        pair = (int(periods - 1e-6), min(int(periods + 1e-6), len(rows) - 1))
+        if pair != now[0]:
+            now[0] = pair
+            act(0.5 * (rows[pair[0]] + rows[pair[1]]))
         return True
 
     mbs.SetPreStepUserFunction(step)
