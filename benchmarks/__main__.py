@@ -20,7 +20,7 @@ from . import convergence, machine, plots, reference, scaling, schedule, table
 from .cases import CASES, Case
 from .programs import ours, peers, settings
 
-PROGRAMS = ("soft_sim_ros", "pyelastica", "soromox")
+PROGRAMS = (schedule.OURS, *peers.PEERS)
 FILE = reference.RESULTS / "work_precision.json"
 
 

@@ -18,6 +18,8 @@ STYLE = {
     "soft_sim_ros": ("#0072b2", "o", "soft_sim_ros"),
     "pyelastica": ("#d55e00", "s", "PyElastica 1.0.0"),
     "soromox": ("#009e73", "^", "SoRoMoX 0.5.0"),
+    "exudyn": ("#cc79a7", "D", "Exudyn 1.13.6"),
+    "mujoco": ("#e69f00", "v", "MuJoCo 4.0.0"),
 }
 
 

@@ -11,6 +11,8 @@ from pathlib import Path
 ENVS = Path(__file__).resolve().parent.parent / ".envs"
 PINS = {
     "elastica": ("pyelastica==1.0.0", "numba==0.68.1", "numpy==2.4.6"),
+    "exudyn": ("exudyn==1.13.6", "numpy==2.4.6"),
+    "mujoco": ("mujoco==4.0.0", "numpy==2.4.6"),
     "soromox": ("soromox==0.5.0", "jax==0.10.2", "diffrax==0.7.2", "numpy==2.4.6"),
 }
 # Guards and libraries of a sourced ROS do not belong into the peers' processes.

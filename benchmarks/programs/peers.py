@@ -15,9 +15,16 @@ from ..cases.case import STRAINS
 from .environments import PINS, clean, interpreter
 
 HERE = Path(__file__).parent
-ENVIRONMENT = {"pyelastica": "elastica", "soromox": "soromox"}
+PEERS = {
+    "pyelastica": "PyElastica", "soromox": "SoRoMoX", "exudyn": "Exudyn", "mujoco": "MuJoCo",
+}  # fmt: skip
+ENVIRONMENT = {
+    "pyelastica": "elastica", "soromox": "soromox", "exudyn": "exudyn", "mujoco": "mujoco",
+}  # fmt: skip
 # CPU s for one timed run, and for all runs of one case with everything that surrounds them
-LIMITS = {"pyelastica": (75, 160), "soromox": (60, 150)}
+LIMITS = {
+    "pyelastica": (75, 160), "soromox": (60, 150), "exudyn": (12, 45), "mujoco": (15, 45),
+}  # fmt: skip
 
 
 def version(program: str) -> str:
@@ -39,6 +46,8 @@ def unsupported(program: str, case: Case) -> str:
             return "PyElastica has no tendons"
         if case.name == "gvs":
             return "PyElastica cannot lock strains: its rods always shear and twist"
+    if program == "exudyn" and case.tendon:
+        return "Exudyn has no tendon of given tension along a curve"
     return ""
 
 
@@ -49,6 +58,8 @@ def differences(program: str, case: Case) -> str:
         if set(case.strains) != set(STRAINS):
             text += "; all six strains are free"
         return text
+    if program == "exudyn" and case.name in ("spatial_pcs", "gvs"):
+        return "in the plane of its gravity; the other programs' runs are in space"
     return ""
 
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ..cases import Case
+from .settings_engines import exudyn, mujoco
+
+__all__ = ["exudyn", "mujoco", "ours", "plane_of", "pyelastica", "soromox"]
 
 Settings = dict[str, Any]
 
