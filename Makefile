@@ -64,7 +64,8 @@ test-oldest:
 	@$(PYTHON) tools/oldest.py "$(OLDEST)" $(OLD)
 	@$(OLDEST)/bin/python tools/warm_up.py
 	@$(OLDEST)/bin/python -m pytest -n $(WORKERS) -m "not slow" \
-		test/core test/scene test/recording test/report test/commands
+		test/core test/scene test/recording test/report test/commands \
+		test/papers/test_b3_floating_frame.py
 
 # make bench CASES="heavy_arm chirp" PROGRAMS="soft_sim_ros"   a part; see docs/benchmarks.md
 bench: warm
