@@ -55,7 +55,8 @@ test: lint warm
 
 check: lint warm
 	@$(IN_ENV) -m pytest -n $(WORKERS) -m "not slow" \
-		test/core test/scene test/recording test/report test/package/test_metadata.py
+		test/core test/scene test/recording test/report \
+		test/package/test_metadata.py test/package/test_suite.py test/package/test_oldest.py
 
 # with numba's compiled code in the environment itself; no ROS, so no node. OLD=python3.10 chooses
 test-oldest: export NUMBA_CACHE_DIR := $(abspath $(OLDEST))/kernels
