@@ -55,7 +55,8 @@ test: lint warm
 
 check: lint warm
 	@$(IN_ENV) -m pytest -n $(WORKERS) -m "not slow" \
-		test/core test/scene test/recording test/report test/package/test_metadata.py
+		test/core test/scene test/recording test/report \
+		test/package/test_metadata.py test/package/test_suite.py test/package/test_oldest.py
 
 # with numba's compiled code in the environment itself; no ROS, so no node. OLD=python3.10 chooses
 test-oldest: export NUMBA_CACHE_DIR := $(abspath $(OLDEST))/kernels
@@ -64,7 +65,8 @@ test-oldest:
 	@$(PYTHON) tools/oldest.py "$(OLDEST)" $(OLD)
 	@$(OLDEST)/bin/python tools/warm_up.py
 	@$(OLDEST)/bin/python -m pytest -n $(WORKERS) -m "not slow" \
-		test/core test/scene test/recording test/report test/commands
+		test/core test/scene test/recording test/report test/commands \
+		test/papers/test_b3_floating_frame.py
 
 # make bench CASES="heavy_arm chirp" PROGRAMS="soft_sim_ros"   a part; see docs/benchmarks.md
 bench: warm

@@ -25,6 +25,7 @@ def call(*arguments):
     return import_module("soft_sim_ros.commands.rollout").main([str(a) for a in arguments])
 
 
+@pytest.mark.slow
 def test_runs_in_processes_are_those_made_here(sweep, tmp_path):
     runs = read_sweep(sweep(GRID))
     results = run_batch(runs, tmp_path / "out", jobs=2)

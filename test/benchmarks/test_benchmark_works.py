@@ -30,6 +30,7 @@ def test_every_case_becomes_a_scene_with_all_its_settings():
                 assert ours.steps_in(case.moments.period, step_ns) >= 1
 
 
+@pytest.mark.slow
 def test_a_finer_run_is_closer_to_an_independent_formulation():
     ours, absolute = module("programs.ours"), module("independent.absolute")
     distance = module("reference").distance

@@ -30,6 +30,7 @@ def test_a_vibration_too_fast_for_the_step_is_refused(integrator):
 
 
 # two runs of one method agree here, and are both wrong
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
     [

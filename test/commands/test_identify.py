@@ -10,6 +10,7 @@ from soft_sim_ros.recording.topics import recorded_topics
 from soft_sim_ros.recording.writer import BagWriter
 from soft_sim_ros.scene.edit import number_at
 
+pytestmark = pytest.mark.slow
 SCENE = """\
 name: reed
 gravity: [0, 0, -9.81]

@@ -101,7 +101,7 @@ Simulation(load_scene("soft_arm"))
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        process_group=0,
+        start_new_session=True,
     )
     assert process.stdout is not None
     assert process.stdout.readline()  # a helper is at work

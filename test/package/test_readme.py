@@ -69,6 +69,7 @@ def until_ready(process):
 
 
 @pytest.mark.skipif(not MADE_BY_MAKE, reason="runs in the environment that `make env` makes")
+@pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_every_command_works(start, scratch, shell, tmp_path):
     pytest.importorskip("rclpy", reason="no ROS 2 in this environment")

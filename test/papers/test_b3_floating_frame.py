@@ -3,6 +3,7 @@
 import by_hand
 import numpy as np
 import pytest
+import scipy
 import yaml
 from floating_links import LENGTH, LINE, MATERIAL, RHO, SECOND, STRIP, E, document, link
 from scenes import scene_of
@@ -49,6 +50,26 @@ def fields():
 
 def hats(r):
     return np.cross(np.eye(3), r[..., None, :]).swapaxes(-1, -2) * -1.0
+
+
+@pytest.mark.parametrize("tip", ["free", "pinned"])
+@pytest.mark.parametrize("strain", ["torsion", "bend_y", "bend_z", "stretch"])
+def test_a_link_that_lacks_strains_gives_no_empty_matrix_to_scipy(strain, tip, monkeypatch):
+    """Versions before 1.12 refuse them."""
+
+    def with_size(function):
+        def checked(*matrices):
+            assert all(np.size(matrix) > 0 for matrix in matrices)
+            return function(*matrices)
+
+        return checked
+
+    for name in ("null_space", "eigh"):
+        monkeypatch.setattr(scipy.linalg, name, with_size(getattr(scipy.linalg, name)))
+    more = {"tip": "pinned"} if tip == "pinned" else {}
+    body = link(strains=[strain], modes=2, **more)
+    modes = Modes(parse_scene(yaml.safe_dump(document([body]))).bodies[0])
+    assert np.all(modes.frequencies > 0.0) and len(modes.frequencies) == 2
 
 
 def test_modes_are_those_of_euler_and_bernoulli():
