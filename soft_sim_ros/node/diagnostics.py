@@ -73,7 +73,7 @@ class Diagnostics:
             physics.ran_ns,
             physics.running_ns,
             pacer.overruns,
-            physics.withdrawn,
+            physics.recovery.count,
         )
         simulated, running, overruns, withdrawn = (
             n - b for n, b in zip(now, self._seen, strict=True)
@@ -96,7 +96,7 @@ class Diagnostics:
             "commands accepted": self._gate.accepted,
             "commands refused": self._gate.refused,
             "commands clamped": self._gate.clamped,
-            "commands withdrawn": physics.withdrawn,
+            "commands withdrawn": physics.recovery.count,
             "energy residual (J)": physics.residual,
             "recording": log is not None and log.recording,
             "recorded messages": log.written if log else 0,
@@ -123,7 +123,7 @@ class Diagnostics:
             estimate, tolerance = inputs.error_rel, inputs.tolerance
             return values, warn, f"error estimate {estimate:.2g} beyond tolerance {tolerance:g}"
         if withdrawn:
-            return values, warn, f"the solver gave up {physics.last_error}"
+            return values, warn, f"the solver gave up {physics.recovery.said}"
         if rival:
             return values, warn, rival
         if physics.paused:

@@ -84,7 +84,9 @@ class Row:
             assert isinstance(value, int | float)
             fits = math.isfinite(value) and self.low <= value <= self.high
             if not (fits or (self.zero and value == 0)):
-                expected = f"{'0, or ' if self.zero else ''}{self.low:g} to {self.high:g}"
+                least = f" (0, or at least {self.low:g})" if self.zero else ""
+                lowest = 0.0 if self.zero else self.low
+                expected = f"{lowest:g} to {self.high:g}{least}"
                 raise ValueError(f"{self.name} = {value!r}: expected {expected}")
         return value  # type: ignore[return-value]
 

@@ -12,18 +12,17 @@ import numpy as np
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.orders import Order
 from soft_sim_ros.errors import Diverged
-from soft_sim_ros.foreign import one_line
 from soft_sim_ros.node.clock import Grid, Pacer
-from soft_sim_ros.node.commands import Throttle
 from soft_sim_ros.node.inbox import Answer, Inbox
+from soft_sim_ros.node.log_trouble import LogTrouble
 from soft_sim_ros.node.outlet import Outlet
+from soft_sim_ros.node.recovery import RESET, Recovery
 from soft_sim_ros.node.timing import StepCosts
 from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import LEDGER
 
 _RESIDUAL = LEDGER.index("residual")
 _LEDGER_PERIOD_NS = 500_000_000
-_SHAKEN_NS = 1_000_000_000
 
 
 class Physics:
@@ -74,18 +73,16 @@ class Physics:
         self.diverged: str | None = None
         self.last_error: str | None = None
         self.failure: str | None = None
-        self.withdrawn = 0  # times that commands were taken back
         self.residual = 0.0
         self.ran_ns = self.running_ns = 0  # simulated and real time while not paused
         self._builders = [(t.key, getattr(telemetry, t.key)) for t in telemetry.topics]
         self._exit_on_error, self._complain = exit_on_error, complain
-        self._moan = Throttle(complain)
+        self.recovery = Recovery(inputs, complain)
         self._inbox = Inbox()
         self._stop = threading.Event()
         self._sent = -1  # index of the step whose state was sent last
-        self._shaken_until_ns = 0  # simulated: until then a withdrawn command may be the cause
         self._ledger_due_ns = 0
-        self._log_trouble = (False, False)
+        self._trouble = LogTrouble(log, complain)
         self._thread = threading.Thread(target=self._main, name="physics", daemon=True)
 
     # From other threads.
@@ -163,9 +160,7 @@ class Physics:
             if due:
                 self.ran_ns += time_ns - counted_ns
                 counted_ns = time_ns
-                index = self.simulation.step_index
-                if index % self.grid.publish == 0 and index != self._sent:
-                    self._emit()
+                self._emit_on_grid()
             self._inbox.empty(self._take)
             if self.paused:
                 self._inbox.wake.wait()
@@ -173,6 +168,7 @@ class Physics:
                 before, counted_ns = time.monotonic_ns(), self.simulation.time_ns
             elif due:
                 self._advance(self.grid.steps_from(self.simulation.step_index))
+        self._emit_on_grid()  # what was computed last may not have been due yet
         self._look_at_ledger()
 
     def _interrupted(self) -> bool:
@@ -204,29 +200,13 @@ class Physics:
         return False
 
     def _recover(self, error: Diverged) -> bool:
-        """Go on without the commands that stopped the solver, if there are any.
-
-        They are taken back; should what they did to the arm still be too much, it starts anew.
-        """
-        time_ns, done = self.simulation.time_ns, ""
-        if dropped := ", ".join(self.inputs.withdraw()):
-            done = f"withdrawn: {dropped}"
-            self._event(done)
-            self._shaken_until_ns = time_ns + _SHAKEN_NS
-        elif time_ns < self._shaken_until_ns:
-            done = "back to the initial state"
-            self._start_anew()
-        if done:
-            self.withdrawn += 1
-            self.last_error = f"{error}; {done}"
-            self._moan(f"the solver gave up {self.last_error}", done[:9])
-        return bool(done)
-
-    def _start_anew(self) -> None:
-        self.inputs.reset()
-        self._shaken_until_ns = 0
-        self._event("reset")
-        self._emit()
+        if (event := self.recovery.after(error)) is None:
+            return False
+        self.last_error = self.recovery.said
+        self._event(event)
+        if event == RESET:
+            self._emit()
+        return True
 
     def _give_up(self, error: Diverged) -> None:
         self.diverged = self.last_error = str(error)
@@ -241,6 +221,11 @@ class Physics:
             self._complain(
                 f"the solver gave up {error}; holding the last good state, ~/reset starts again"
             )
+
+    def _emit_on_grid(self) -> None:
+        index = self.simulation.step_index
+        if index % self.grid.publish == 0 and index != self._sent:
+            self._emit()
 
     def _emit(self) -> None:
         """Send and record the present state: build nothing that nobody wants."""
@@ -260,18 +245,7 @@ class Physics:
         if now >= self._ledger_due_ns:
             self._ledger_due_ns = now + _LEDGER_PERIOD_NS
             self._look_at_ledger()
-            self._look_at_log()
-
-    def _look_at_log(self) -> None:
-        """Complain once when recording begins to fail, and once when messages begin to be lost."""
-        if self.log is None:
-            return
-        trouble = (self.log.error is not None, self.log.dropped > 0)
-        if trouble != self._log_trouble:
-            self._log_trouble = trouble
-            lost = f", {self.log.dropped} messages dropped so far" if self.log.dropped else ""
-            why = one_line(self.log.error or "too slow")
-            self._complain(f"recording is in trouble: {why}{lost}")
+            self._trouble.look()
 
     def _look_at_ledger(self) -> None:
         self.residual = float(np.asarray(self.simulation.ledger())[_RESIDUAL])
@@ -314,7 +288,9 @@ class Physics:
 
     def _reset(self) -> Answer:
         was_diverged, self.diverged = self.diverged is not None, None
-        self._start_anew()
+        self.inputs.reset()
+        self._event(RESET)
+        self._emit()
         if was_diverged:
             self.paused = False
             self._event("resume")

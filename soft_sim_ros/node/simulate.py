@@ -8,7 +8,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from soft_sim_ros.core.bounds import Bounds
@@ -19,6 +18,7 @@ from soft_sim_ros.node.arguments import check_assignments, parser
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
+from soft_sim_ros.node.executor import make_executor
 from soft_sim_ros.node.parameter_files import passed_over
 from soft_sim_ros.node.parameters import ParameterError, Settings, declare, on_change
 from soft_sim_ros.node.physics import Physics
@@ -185,7 +185,7 @@ class Arm:
 
     def spin(self) -> None:
         """Run until the physics thread ends, which it does when asked to stop or when it fails."""
-        executor = _executor()
+        executor = make_executor()
         executor.add_node(self.node)
         sys.setswitchinterval(0.0005)  # the physics thread must not wait long for callbacks
         gc.freeze()  # what exists now stays: collections in the run are short
@@ -302,12 +302,3 @@ def run_metadata(settings: Settings, prefix: str) -> dict[str, str]:
         "real_time_factor",
     )  # fmt: skip
     return {"node": prefix} | {name: repr(getattr(settings, name)).strip("'") for name in names}
-
-
-def _executor():
-    """Make the cheap executor where rclpy has it."""
-    try:
-        from rclpy.experimental import EventsExecutor
-    except ImportError:
-        return SingleThreadedExecutor()
-    return EventsExecutor()

@@ -47,7 +47,7 @@ BAD_REMAPS = [
 BAD_WORDS = [
     *(["hello"], ["--bad\nopt"], ["--ros-args", "--foo"], ["--ros-args", "-p"]),
     *(["--ros-args", "-r"], ["--ros-args", "--log-level", "loud"], ["--ros-args", "--params-file"]),
-    *(["--ros-args", "--enclave", "bad enclave"], ["--ros-args", "--log-config-file", "/nope"]),
+    ["--ros-args", "--enclave", "bad enclave"],
     ["scene:=x"],
 ]
 BAD_FILES = {
