@@ -85,6 +85,7 @@ def read_npz(path: str | Path) -> dict[str, NDArray]:
                 raise UnfitFile(path, f"unpacks to {size} bytes", f"at most {MOST_ARRAYS}")
             for member in archive.infolist():
                 _check_header(archive, member)
+        content.seek(0)
         with np.load(content, allow_pickle=False) as arrays:
             return {name: np.asarray(arrays[name]) for name in arrays.files}
     except (ValueError, TypeError, KeyError, EOFError, OSError, zipfile.BadZipFile) as error:

@@ -230,8 +230,9 @@ def _is_bin(one: object) -> bool:
     if not isinstance(one, dict):
         return False
     begin, end, steps = one.get("from_us"), one.get("to_us"), one.get("steps")
-    ends = end is None or (_is_number(end) and 0.0 < end < 1e15)
-    return _is_number(begin) and 0.0 <= begin < 1e15 and ends and type(steps) is int and steps >= 0
+    ends = (0.0 if value is None else value for value in (begin, end))
+    sane = all(_is_number(value) and 0.0 <= value < 1e15 for value in ends)
+    return sane and begin is not None and end != 0.0 and type(steps) is int and steps >= 0
 
 
 def _is_number(value: object) -> bool:

@@ -99,10 +99,12 @@ def recover(directory: str | Path, out: str | Path | None = None) -> Recovered:
         result["counts"] = _write(content, source, working, target.name)
         if not in_place and source.is_dir():
             _copy_others(source, working, target)
-    except OSError as reason:
+    except (OSError, RecordingError) as reason:
         shutil.rmtree(working, ignore_errors=True)
         if new and target.is_dir() and not any(target.iterdir()):
             target.rmdir()
+        if isinstance(reason, RecordingError):
+            raise
         raise RecordingError(target, f"cannot be written: {reason.strerror}") from reason
     result["messages"] = sum(result["counts"].values())
     originals = [file.name for file in content.files] if in_place else []

@@ -15,7 +15,7 @@ from soft_sim_ros.errors import SceneError
 
 LONGEST_QUOTE = 60
 MOST_TEXT = 2_000_000  # characters
-MOST_ENTRIES = 200_000  # keys, words and lists that are written
+MOST_ENTRIES = 80_000  # keys, words and lists that are written
 MOST_MEANT = 1_000_000  # the same with every alias and merge in full
 MERGE = "tag:yaml.org,2002:merge"
 
