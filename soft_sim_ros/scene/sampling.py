@@ -43,8 +43,9 @@ def resolving(function: Callable[[Floats], Floats], length: float) -> Floats:
         narrow = end - begin <= FINEST
         if formula is not None and (rough & narrow).any():
             tight = rough & narrow
-            ends = (_values(function, length, one[tight]) for one in (begin, end))
-            _refuse_spikes(*ends, (low[tight], high[tight]), length * begin[tight])
+            ends = [_values(function, length, one[tight]) for one in (begin, end)]
+            first, last = ends
+            _refuse_spikes(first, last, (low[tight], high[tight]), length * begin[tight])
         rough &= ~narrow
         middle = 0.5 * (begin + end)[rough]
         done.append(middle)
