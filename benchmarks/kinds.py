@@ -7,6 +7,7 @@ is a small scene and a run of it; ``outcome`` is what is right for it, where not
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -14,6 +15,8 @@ import numpy as np
 import yaml
 
 from soft_sim_ros.core.drive import Drive
+from soft_sim_ros.core.model import Floats
+from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.scene import Free, Scene, parse_scene
 
 
@@ -25,6 +28,7 @@ class Kind:
     document : the scene
     duration, step : s
     fine : basis of the reference
+    exact : the tip (T, 3) in m at times (T,) in s, where there is a closed form
     every : steps between two published states; the tip is compared at all steps
     """
 
@@ -35,6 +39,7 @@ class Kind:
     step: float
     fine: dict[str, Any] = field(hash=False)
     every: int = 1
+    exact: Callable[[Floats], Floats] | None = None
 
     def drive(self) -> Drive:
         """Return the run: nothing is commanded."""
@@ -52,6 +57,16 @@ class Kind:
         numerics = {"step": self.step, "integrator": "adaptive", "options": {"error": 1e-10}}
         scene = self._parsed(numerics | {"basis": basis})
         return replace(scene, numerics=replace(scene.numerics, free=Free()))
+
+    def reference(self) -> tuple[Floats, float]:
+        """Return the tip (steps + 1, 3) in m, and how far two references are apart, in m."""
+        drive = replace(self.drive(), every=1)
+        if self.exact is not None:
+            return self.exact(self.step * np.arange(drive.last + 1)), 0.0
+        one = drive.tips(Simulation(self.fine_scene()))
+        orders = {"kind": "chebyshev", "order": self.fine["order"] - 1}
+        two = drive.tips(Simulation(self.fine_scene(**orders)))
+        return one, float(np.linalg.norm(one - two, axis=1).max())
 
     def _parsed(self, numerics: dict[str, Any]) -> Scene:
         return parse_scene(yaml.safe_dump(self.document | {"numerics": numerics}), self.name)
@@ -84,11 +99,6 @@ def rod(
 def circle(radius: Any) -> dict[str, Any]:
     """Return a cross-section."""
     return {"cross_section": {"shape": "circle", "radius": radius}}
-
-
-def pull(*force: float, frame: str = "world") -> dict[str, Any]:
-    """Return a force at the tip."""
-    return {"name": "pull", "body": "rod", "at": "tip", "force": list(force), "frame": frame}
 
 
 KINDS: dict[str, Kind] = {}
@@ -130,11 +140,20 @@ def _fronts() -> None:
     """Waves without damping, set off by a load that jumps."""
     axial = [{"point": "pull", "body": "rod", "s": 0.3, "force": [3.0, 0.0, 0.0]}]
     document = rod(0.3, ["stretch"], circle(0.01), loads=axial)
-    _add("axial_front", "wave front", document, 0.05, 5e-4, {"order": 4, "elements": 200, "nodes": 6})
-    side = [{"point": "push", "body": "rod", "s": 0.3, "force": [0.0, 0.0, 0.02]}]
-    document = rod(0.3, ["bend_y", "shear_z"], circle(0.01), loads=side)
-    fine = {"order": 5, "elements": 40, "nodes": 10}
+    _add("axial_front", "wave front", document, 0.05, 5e-4, {}, exact=_triangle)
+    side = [{"point": "push", "body": "rod", "s": 0.3, "force": [0.0, 0.0, 5.0]}]
+    document = rod(0.3, ["bend_y", "shear_z"], circle(0.02), loads=side)
+    fine = {"order": 6, "elements": 12, "nodes": 11}
     _add("shear_front", "wave front", document, 0.05, 5e-4, fine)
+
+
+def _triangle(time: Floats) -> Floats:
+    """Return the tip (T, 3) of a bar pulled suddenly: d'Alembert's wave runs to and fro."""
+    stiffness, speed = 1e6 * np.pi * 0.01**2, np.sqrt(1e6 / 1000.0)
+    phase = np.mod(time * speed / 0.3, 4.0)
+    out = np.zeros((len(time), 3))
+    out[:, 0] = 0.3 + 3.0 * 0.3 / stiffness * np.minimum(phase, 4.0 - phase)
+    return out
 
 
 def _seldom() -> None:
@@ -153,5 +172,26 @@ def _seldom() -> None:
     _add("kicked", "published seldom", document, 0.6, 0.005, fine, every=120)
 
 
-for _make in (_layers, _features, _fronts, _seldom):
+def _long() -> None:
+    """Motion that depends on everything before it, after a while."""
+    half = {"strains": ["bend_y"]}
+    section = {"name": "s", "length": 0.2, "material": "rubber"} | circle(0.01)
+    document = rod(0.2, ["bend_y"], circle(0.01), gravity=(0.0, 0.0, -9.81)) | {
+        "bodies": [
+            {"joint": "shoulder", "kind": "revolute", "axis": [0, 1, 0]},
+            {"rod": "rod", "sections": [section]} | half,
+            {"joint": "elbow", "kind": "revolute", "axis": [0, 1, 0]},
+            {"rod": "fore", "sections": [section]} | half,
+        ],
+        "initial": {"positions": {"shoulder": -1.5, "elbow": -0.5}},
+    }
+    fine = {"order": 5, "elements": 2, "nodes": 24}
+    _add("double_pendulum", "long memory", document, 10.0, 0.01, fine)
+    curl = {"reference": {"curvature": [6.0, 12.0, 0.0]}}
+    strains = ["torsion", "bend_y", "bend_z"]
+    document = rod(0.6, strains, circle(0.01) | curl, gravity=(0.0, 0.0, -9.81))
+    _add("helix", "long memory", document, 2.0, 0.005, {"order": 6, "elements": 4, "nodes": 30})
+
+
+for _make in (_layers, _features, _fronts, _seldom, _long):
     _make()

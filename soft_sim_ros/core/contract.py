@@ -15,6 +15,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ..errors import SearchSpent, ToleranceMissed
 from ..scene import Free, Scene
 from .convergence import SLOWEST, accuracy, factor
@@ -25,6 +27,9 @@ from .search import LIMIT, Search, Spent, Verdict
 # Given up after so many refinements, or so many in a row that gain less than a factor GAIN: motion
 # without damping may depend on everything.
 ROUNDS, PATIENCE, GAIN = 12, 3, 1.5
+# Tips so far apart, over the length, have nothing to do with each other: then it counts how much
+# longer a choice holds than the one before.
+LOST = 0.1
 
 
 @dataclass(frozen=True)
@@ -110,6 +115,9 @@ def _look(
     for rounds in range(ROUNDS):
         before = excess
         verdict = search.judge(numerics)
+        if found and _hopeless(found[-1], verdict, ROUNDS - 1 - rounds):
+            found.append(verdict)
+            return None
         if verdict.excess <= 1.0:
             verdict = search.judge(numerics, thoroughly=True)
         found.append(verdict)
@@ -120,11 +128,18 @@ def _look(
         stuck = stuck + 1 if excess > before / GAIN else 0
         if stuck == PATIENCE:
             return None
-        refined = search.refined(verdict)
+        refined = search.refined(verdict, slow=stuck > 0)
         if refined == numerics:
             return None
         numerics = refined
     return None
+
+
+def _hopeless(before: Verdict, now: Verdict, left: int) -> bool:
+    """Whether the refinements that are left do not reach the end of the run, at this pace."""
+    if min(before.error, now.error) < LOST or not np.isfinite(before.error + now.error):
+        return False
+    return now.holds + left * max(0.0, now.holds - before.holds) < now.end
 
 
 def _choice(scene: Scene, verdict: Verdict, rounds: int) -> Choice:

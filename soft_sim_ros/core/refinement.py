@@ -110,10 +110,13 @@ class Refinement:
             numerics, {name: factor * k for name, k in self._segments(numerics).items()}
         )
 
-    def more_space(self, numerics: Numerics, top: Mapping[tuple[str, str], float]) -> Numerics:
+    def more_space(
+        self, numerics: Numerics, top: Mapping[tuple[str, str], float], slow: bool = False
+    ) -> Numerics:
         """Return a choice with more orders, or elements, for the strains that need them.
 
         top : (rod, strain) → what two more orders would move, over what is permitted
+        slow : more orders gained little; elements may do better
         """
         freed = {
             key: way for key, way in top.items() if key[0] in self.free.order | self.free.elements
@@ -127,7 +130,7 @@ class Refinement:
         for name in sorted({rod for rod, _ in needy}):
             basis, most = rods[name], self._most_order(name)
             more = {s: o + needy.get((name, s), 0) for s, o in basis.order.items()}
-            splits = name not in self.free.order or max(more.values()) > min(SPLIT, most)
+            splits = slow or name not in self.free.order or max(more.values()) > min(SPLIT, most)
             if splits and name in self.free.elements and basis.elements < MOST_ELEMENTS:
                 if name in self.free.order:
                     more = {s: min(order, SPLIT - 1, most) for s, order in more.items()}

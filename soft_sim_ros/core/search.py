@@ -18,7 +18,8 @@ from .simulation import Simulation
 SHARE = 0.25  # of the tolerance, for each of time, order and nodes
 # What all runs of a search may cost: evaluations of the residual, times segments, times degrees of
 # freedom and those of a rigid body. No clock: the same scene gets the same choice on any machine.
-LIMIT = 1.0e10
+# About 5e7 to 1e8 a second, so a minute or two; a look at the tip counts LOOK.
+LIMIT, LOOK = 1.0e10, 2000.0
 
 
 @dataclass(frozen=True)
@@ -106,8 +107,11 @@ class Search:
         error, angle = estimate[-1]
         return Verdict(numerics, float(error), float(angle), float(excess[-1]), float(holds), ratio)
 
-    def refined(self, verdict: Verdict) -> Numerics:
-        """Return a choice refined where the error is; the same one if nothing there is free."""
+    def refined(self, verdict: Verdict, slow: bool = False) -> Numerics:
+        """Return a choice refined where the error is; the same one if nothing there is free.
+
+        slow : the refinement before gained little
+        """
         rules, numerics = self.rules, verdict.numerics
         parts = {
             "time": rules.finer_time(numerics),
@@ -129,7 +133,8 @@ class Search:
             numerics = rules.more_nodes(numerics, excess["nodes"])
         if excess["space"] > 1.0 and space is not None:
             goal = SHARE / SAFETY * self._allowed[0] / hidden
-            numerics = rules.more_space(numerics, {k: v / goal for k, v in space.top.items()})
+            ways = {key: way / goal for key, way in space.top.items()}
+            numerics = rules.more_space(numerics, ways, slow)
         return numerics
 
     def _excess(self, one: Numerics, other: Numerics) -> float:
@@ -172,7 +177,8 @@ class Search:
         def see() -> None:
             np.maximum(largest, np.abs(simulation.q), out=largest)
             times.append(simulation.time)
-            self.work = before + price * simulation.statistics().evaluations
+            made = price * simulation.statistics().evaluations
+            self.work = before + made + LOOK * len(times)
             if self.work > self.limit:
                 raise Spent
 
