@@ -110,7 +110,7 @@ def _add(*args: Any, **options: Any) -> None:
 
 
 def _layers() -> None:
-    """Bending is confined to √(EI/T) at the clamp, a hundredth of the length."""
+    """Add rods that bend within √(EI/T) of the clamp only, a few hundredths of the length."""
     light = {"schedule": {"end": 1e9, "ramp": 0.1}}
     for name, radius, tension in (("thread", 1e-3, 0.02), ("wire", 2e-3, 0.05)):
         side = [0.0, 0.0, 0.3 * tension]
@@ -124,7 +124,7 @@ def _layers() -> None:
 
 
 def _features() -> None:
-    """Data by formula that vary within 2 mm of 0.3 m; drooping under the own weight."""
+    """Add arms whose data vary within 2 mm of 0.3 m; they droop under their own weight."""
     soft = {"expression": "7.85e-3*(1 - 0.98*exp(-((s - 0.1234)/0.001)**2))"}
     fold = {"expression": "600*exp(-((s - 0.0871)/0.001)**2)"}
     neck = {"expression": "0.01 - 0.006*exp(-((s - 0.1717)/0.0008)**2)"}
@@ -137,7 +137,7 @@ def _features() -> None:
 
 
 def _fronts() -> None:
-    """Waves without damping, set off by a load that jumps."""
+    """Add waves without damping, set off by a load that jumps."""
     axial = [{"point": "pull", "body": "rod", "s": 0.3, "force": [3.0, 0.0, 0.0]}]
     document = rod(0.3, ["stretch"], circle(0.01), loads=axial)
     _add("axial_front", "wave front", document, 0.05, 5e-4, {}, exact=_triangle)
@@ -157,7 +157,7 @@ def _triangle(time: Floats) -> Floats:
 
 
 def _seldom() -> None:
-    """Kicked, and settled long before the one state that is published."""
+    """Add an arm that is kicked, and settles long before the one state that is published."""
     kick = [
         {
             "point": "kick",
@@ -173,7 +173,7 @@ def _seldom() -> None:
 
 
 def _long() -> None:
-    """Motion that depends on everything before it, after a while."""
+    """Add motion that after a while depends on everything before it."""
     half = {"strains": ["bend_y"]}
     section = {"name": "s", "length": 0.2, "material": "rubber"} | circle(0.01)
     document = rod(0.2, ["bend_y"], circle(0.01), gravity=(0.0, 0.0, -9.81)) | {

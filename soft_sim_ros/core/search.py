@@ -19,7 +19,7 @@ SHARE = 0.25  # of the tolerance, for each of time, order and nodes
 # What all runs of a search may cost: evaluations of the residual, times segments, times degrees of
 # freedom and those of a rigid body. No clock: the same scene gets the same choice on any machine.
 # About 5e7 to 1e8 a second, so a minute or two; a look at the tip counts LOOK.
-LIMIT, LOOK = 1.0e10, 2000.0
+LIMIT, LOOK = 5.0e9, 2000.0
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Verdict:
 
     error, angle : estimates of the tip's error, over the length and in rad
     excess : the larger one, over what is allowed
-    holds : simulated time in s up to which they are allowed
+    holds, end : simulated time in s up to which they are allowed, and at the end of the run
     contraction : from one companion to the next; None if only one was asked
     """
 
@@ -37,6 +37,7 @@ class Verdict:
     angle: float = float("inf")
     excess: float = float("inf")
     holds: float = 0.0
+    end: float = 0.0
     contraction: float | None = None
 
 
@@ -100,12 +101,13 @@ class Search:
             known = np.isfinite(self._allowed)
             ratio = float(contraction(ends, between[-1])[known].max())
         excess = (estimate / self._allowed).max(axis=1)
-        late = np.flatnonzero(excess > 1.0)
-        holds = self._times[late[0] - 1] if len(late) and late[0] > 0 else 0.0
-        if not len(late):
-            holds = self._times[-1]
-        error, angle = estimate[-1]
-        return Verdict(numerics, float(error), float(angle), float(excess[-1]), float(holds), ratio)
+        # one companion alone may show half of the error
+        late = np.flatnonzero(excess > (1.0 if thoroughly else 0.5))
+        first = int(late[0]) if len(late) else len(excess)
+        holds = self._times[first - 1] if first > 0 else 0.0
+        error, angle = estimate[-1].tolist()
+        worst, end = float(excess[-1]), float(self._times[-1])
+        return Verdict(numerics, error, angle, worst, float(holds), end, ratio)
 
     def refined(self, verdict: Verdict, slow: bool = False) -> Numerics:
         """Return a choice refined where the error is; the same one if nothing there is free.
