@@ -58,7 +58,9 @@ def peer_cell(entries: fronts.Entries, mine: float | None, error: float) -> str:
 
 def best_peer(entries: fronts.Entries, case: str, error: float) -> tuple[float, str] | None:
     """Return (s, name) of the fastest peer that reaches an error; None where none does."""
-    costs = [(fronts.cost_at(fronts.of(entries, case, p), error), name) for p, name in PEERS.items()]
+    costs = [
+        (fronts.cost_at(fronts.of(entries, case, p), error), name) for p, name in PEERS.items()
+    ]
     return min(((cost, name) for cost, name in costs if cost is not None), default=None)
 
 

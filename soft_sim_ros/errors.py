@@ -82,19 +82,51 @@ class ToleranceMissed(SoftSimError):
     ----------
     file : of the scene
     tolerance, estimate : of the tip's error, over the arm's length
-    finest : the finest choice that was tried, in words
+    finest : the choice that meets it for the longest time, in words
+    holds : simulated time in s up to which it does
     """
 
-    def __init__(self, file: str, tolerance: float, estimate: float, finest: str) -> None:
-        super().__init__(file, tolerance, estimate, finest)
+    def __init__(
+        self, file: str, tolerance: float, estimate: float, finest: str, holds: float = 0.0
+    ) -> None:
+        super().__init__(file, tolerance, estimate, finest, holds)
         self.file, self.tolerance, self.estimate, self.finest = file, tolerance, estimate, finest
+        self.holds = holds
 
     def __str__(self) -> str:
         """Put the numbers in a sentence."""
+        until = f"it holds up to t = {self.holds:.4g} s" if self.holds > 0.0 else "at no time"
         return (
             f"{self.file}: numerics.tolerance = {self.tolerance:g} is not met: the estimate is "
-            f"{self.estimate:.2g} with {self.finest}"
+            f"{self.estimate:.2g} with {self.finest}; {until}"
         )
+
+
+class SearchSpent(ToleranceMissed):
+    """The search for numerics that meet a tolerance reached its limit first.
+
+    Parameters
+    ----------
+    file, tolerance, estimate, finest, holds : as for ToleranceMissed, of what was tried so far
+    limit : of the work of all runs of the search (core/search.py)
+    """
+
+    def __init__(
+        self,
+        file: str,
+        tolerance: float,
+        estimate: float,
+        finest: str,
+        holds: float,
+        limit: float,
+    ) -> None:
+        super().__init__(file, tolerance, estimate, finest, holds)
+        self.args = (file, tolerance, estimate, finest, holds, limit)
+        self.limit = limit
+
+    def __str__(self) -> str:
+        """Put the numbers in a sentence."""
+        return f"{super().__str__()}; the search ended at its limit of work, {self.limit:.2g}"
 
 
 class EnergyGained(SolverError):

@@ -122,14 +122,18 @@ def in_plane(case, settings, mbs):
             marker = MarkerBodyRigid(bodyNumber=beams[0], localPosition=[0, 0, 0])
         else:
             marker = MarkerNodeRigid(nodeNumber=nodes[0])
-        load = mbs.AddLoad(Torque(markerNumber=mbs.AddMarker(marker), loadVector=[0, 0, hub["value"]]))
+        load = mbs.AddLoad(
+            Torque(markerNumber=mbs.AddMarker(marker), loadVector=[0, 0, hub["value"]])
+        )
 
         def torque(mbs, t, vector):
             """Rise, hold, fall; compiled by Exudyn's symbolic functions."""
             rise, fall = t / hub["ramp"], (hub["end"] - t) / hub["ramp"]
             low = esym.IfThenElse(rise < fall, rise, fall)
             low = esym.IfThenElse(low < 1.0, low, esym.Real(1.0))
-            return hub["value"] * esym.Vector([0.0, 0.0, esym.IfThenElse(low > 0.0, low, esym.Real(0.0))])
+            return hub["value"] * esym.Vector(
+                [0.0, 0.0, esym.IfThenElse(low > 0.0, low, esym.Real(0.0))]
+            )
 
         symbolic = CreateSymbolicUserFunction(mbs, torque, "loadVectorUserFunction", load)
         mbs.SetLoadParameter(load, "loadVectorUserFunction", symbolic)
@@ -156,7 +160,8 @@ def in_space(case, settings, mbs):
         )
         body = mbs.AddObject(
             ObjectRigidBody(
-                nodeNumber=node, physicsMass=line * dl,
+                nodeNumber=node,
+                physicsMass=line * dl,
                 physicsInertia=[2 * turning * dl, across, across, 0, 0, 0],
             )  # fmt: skip
         )

@@ -87,7 +87,7 @@ def document(case, settings):
         f'<mujoco><compiler angle="radian" inertiafromgeom="false"/><option gravity="{gravity}" '
         f'timestep="{settings["h"]:.17g}" integrator="{settings["integrator"]}">'
         '<flag contact="disable" constraint="disable"/></option>'
-        f'<worldbody>{"".join(lines)}</worldbody>{rope}</mujoco>'
+        f"<worldbody>{''.join(lines)}</worldbody>{rope}</mujoco>"
     )
 
 
@@ -177,7 +177,10 @@ def run(case, settings, limit):
     """Run one setting; the cost is the best of up to five runs within two seconds."""
     period = case["duration"] / case["outputs"]
     free = [s for s in case["strains"] if s not in settings.get("rigid", ())]
-    settings = settings | {"h": period / settings["steps"], "strains": settings.get("strains", free)}
+    settings = settings | {
+        "h": period / settings["steps"],
+        "strains": settings.get("strains", free),
+    }
     first, _, each, coordinates = once(case, settings, 1)
     out = {"coordinates": coordinates, "steps": settings["steps"] * case["outputs"], "tip": []}
     if each * case["outputs"] > limit:

@@ -30,9 +30,13 @@ def flying(mbs, job):
     for pair in zip(nodes[:-1], nodes[1:], strict=True):
         mbs.AddObject(
             ObjectBeamGeometricallyExact2D(
-                nodeNumbers=list(pair), length=length / n, massPerLength=data["line"],
-                crossSectionInertia=data["inertia"][2], bendingStiffness=data["bend"],
-                axialStiffness=data["stretch"], shearStiffness=data["shear"],
+                nodeNumbers=list(pair),
+                length=length / n,
+                massPerLength=data["line"],
+                crossSectionInertia=data["inertia"][2],
+                bendingStiffness=data["bend"],
+                axialStiffness=data["stretch"],
+                shearStiffness=data["shear"],
                 includeReferenceRotations=True,
             )  # fmt: skip
         )

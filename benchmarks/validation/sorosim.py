@@ -93,9 +93,7 @@ def within_digits(shape: Shape) -> tuple[float, Shape]:
         return replace(shape, gravity=changed[:3], wrenches=changed[3:].reshape(2, 6))
 
     start, size = ours(shape), DIGIT
-    columns = [
-        (ours(moved(size * unit)) - start).ravel() / size for unit in np.eye(len(loads))
-    ]
+    columns = [(ours(moved(size * unit)) - start).ravel() / size for unit in np.eye(len(loads))]
     gap = (shape.positions - start).ravel()
     by = lsq_linear(np.array(columns).T, gap, bounds=(-DIGIT, DIGIT)).x
     best = moved(by)

@@ -87,7 +87,7 @@ class Rollout:
         if tolerance is not None and duration is not None:
             choice = choose(scene, self._drive(steps_of(duration, step_ns)), say)
             scene = choice.scene
-            self._contract = {"tolerance": tolerance, "error_rel": choice.estimate}
+            self._contract = choice.accuracy()
         self.simulation = Simulation(scene)
         self._inputs = Inputs(self.simulation, command_timeout=0.0, ramp=0.0)
         self._telemetry = Telemetry(self.simulation, poses, FRAME, NODE)

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from soft_sim_ros.commands.progress import compiling
+from soft_sim_ros.commands.progress import Line, compiling
 from soft_sim_ros.commands.shell import DONE, verb
+from soft_sim_ros.core.contract import settled
 from soft_sim_ros.core.modes import frequencies, long_step, recommended_step
 from soft_sim_ros.core.refinement import words
 from soft_sim_ros.core.simulation import Simulation
@@ -46,7 +47,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(line)
     for warning in doubts(scene):  # first: they may explain why the rest fails
         print(f"warning: {warning}")
+    line = Line()
     with compiling():
+        scene = settled(scene, line.show)
+        line.clear()
         simulation = Simulation(scene)
         q, state = rest(simulation)
         lines = list(numbers(simulation, q, state))

@@ -89,10 +89,16 @@ def _one(run: Run, out: Path) -> int:
         error = summary["estimate"]["error_rel"]
         print(f"estimate of the tip's error in time: {error:.2g} of the length")
     if summary["accuracy"]:
+        known = summary["accuracy"]
         print(
             "estimate of the tip's error: {error_rel:.2g} of the length, "
-            "tolerance {tolerance:g}".format_map(summary["accuracy"])
+            "tolerance {tolerance:g}".format_map(known)
         )
+        if "error_rad" in known:
+            print(
+                "estimate of the tip's turn: {error_rad:.2g} rad, "
+                "tolerance {orientation_tolerance:g}".format_map(known)
+            )
     print(f"{kept['recorded']} messages recorded in {kept['directory']}")
     lost = kept["dropped"] or kept["error"]
     if lost:

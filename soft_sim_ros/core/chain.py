@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -151,6 +152,8 @@ class Chain:
     def rod(self, rod: Rod, basis: Basis, cuts: set[float], winding: float = 0.0) -> None:
         """Append a rod, cut at section ends, element ends and the arc lengths ``cuts`` in m.
 
+        Where the data of a section change fast, each piece of it has its elements.
+
         ``winding`` in rad/m is by how much tendons wind about it.
         """
         pivot = self._pivot(rod) if rod.model.is_limp else []
@@ -158,8 +161,11 @@ class Chain:
         self.rods[rod.name] = rod_map
         for i, section in enumerate(rod.sections):
             begin, end = rod.boundaries[i], rod.boundaries[i + 1]
-            marks = set(np.linspace(begin, end, basis.elements + 1).tolist())
-            marks |= {begin + (end - begin) * x for x in section.kinks}
+            marks = {begin + (end - begin) * x for x in section.kinks}
+            pieces = begin + (end - begin) * np.array([0.0, *section.cuts, 1.0])
+            pieces[-1] = end
+            for piece in zip(pieces[:-1], pieces[1:], strict=True):
+                marks |= set(np.linspace(*piece, basis.elements + 1).tolist())
             marks |= {s for s in cuts if begin < s < end}
             ends = _merge(sorted(marks), 1e-9 * rod.length)
             ends[0], ends[-1] = begin, end
@@ -226,7 +232,7 @@ class Chain:
         self.names += labels
         for element in elements:
             element.first_segment = self.node
-            nodes, weights = lobatto(element.nodes)
+            nodes, weights = _rule(element.nodes)
             begin, end = element.span
             s = begin + (end - begin) * nodes
             s[-1] = end
@@ -237,6 +243,12 @@ class Chain:
             self.drag[-1] += drag[0]
             for k in range(len(s) - 1):
                 self.add(element.step(s[k], s[k + 1]), lumped[k + 1], drag[k + 1])
+
+
+@lru_cache(maxsize=64)
+def _rule(nodes: int) -> tuple[Floats, Floats]:
+    """Return Lobatto's rule: many elements have the same, and it takes a while for many nodes."""
+    return lobatto(nodes)
 
 
 def _screws(joint: Joint) -> list[list[tuple[int, Floats]]]:

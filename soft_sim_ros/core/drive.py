@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ SHORTEST, LONGEST = 0.4, 4.0
 CORNERS, PUSHES = 3, 8
 HOLDING = 0.6  # of its time
 MODES_CHECKED = 300  # coordinates beyond which their period is not looked for
+LOOKS = 50000
 SWAY = 0.3  # displacement of the tip, over the length, by an effort without limits
 
 
@@ -56,8 +57,16 @@ class Drive:
         """Whether to look at the arm after so many steps."""
         return step % self.every == 0 or step == self.last
 
+    def looking(self) -> Drive:
+        """Return the same run, looked at after every step, or LOOKS times if it has more steps."""
+        return replace(self, every=max(1, -(-self.last // LOOKS)))
+
     def tips(self, simulation: Simulation, see: Callable[[], None] = lambda: None) -> Floats:
-        """Make the run; return the tip (looks, 3) in m, in the world. ``see`` sees every look.
+        """Make the run; return the tip (looks, 3) in m, in the world, as `poses` does."""
+        return self.poses(simulation, see)[:, :3]
+
+    def poses(self, simulation: Simulation, see: Callable[[], None] = lambda: None) -> Floats:
+        """Make the run; return the tip's poses (looks, 7) in the world. ``see`` sees every look.
 
         Raises
         ------
@@ -65,10 +74,10 @@ class Drive:
             if the solver gives up
         """
         inputs, sampler = Inputs(simulation, command_timeout=0.0, ramp=0.0), simulation.sampler(2)
-        tips: list[Floats] = []
+        poses: list[Floats] = []
 
         def look() -> None:
-            tips.append(sampler.poses()[-1, :3].copy())
+            poses.append(sampler.poses()[-1].copy())
             see()
 
         look()
@@ -80,7 +89,7 @@ class Drive:
             index = stop
             if self.looks(stop):
                 look()
-        return np.array(tips)
+        return np.array(poses)
 
 
 def probe(simulation: Simulation) -> Drive:

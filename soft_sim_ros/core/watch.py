@@ -9,9 +9,10 @@ import numpy as np
 
 from ..errors import SolverError
 from ..scene import Numerics
+from .arrays import whole
 from .bounds import Bounds
-from .contract import SAFETY
-from .inputs import Inputs
+from .convergence import ASSUMED, accuracy, distances, factor
+from .inputs import MOST_STEPS, Inputs
 from .orders import Order
 from .refinement import Refinement
 from .simulation import Simulation
@@ -30,6 +31,10 @@ class WatchedInputs(Inputs):
     companion : the finer simulation (core/contract.py), of the same steps
     error_rel : estimate of the tip's largest error since the last reset, over the length; infinite
         from where the companion gave up
+    error_rad : the same of the tip's orientation, in rad
+    orientation : its tolerance in rad; None if the scene has none
+    trust : what the distance of the two is multiplied by: from the search that chose the numerics,
+        which saw how much better companions get; assumed if nothing was searched
     """
 
     def __init__(
@@ -48,6 +53,8 @@ class WatchedInputs(Inputs):
         finer: Numerics = Refinement(scene, tolerance).finer(scene.numerics)
         self.companion = Simulation(replace(scene, numerics=finer))
         self.tolerance, self.error_rel = tolerance, 0.0
+        self.orientation, self.error_rad = scene.numerics.orientation, 0.0
+        self.trust = factor(ASSUMED) if scene.numerics.trust is None else scene.numerics.trust
         self._shadow = Inputs(self.companion, command_timeout, ramp)
         self._complain = complain
         self._tips = [s.sampler(2) for s in (simulation, self.companion)]
@@ -60,27 +67,50 @@ class WatchedInputs(Inputs):
         self._shadow.take(order)
 
     def advance(self, steps: int) -> None:
-        """Advance both by ``steps``, and compare their tips."""
-        super().advance(steps)
-        self._follow()
+        """Advance both by ``steps``, and compare their tips after each."""
+        for _ in range(whole("steps", steps, 0, MOST_STEPS)):
+            super().advance(1)
+            self._follow()
 
     def _follow(self) -> None:
         """Bring the companion to where the simulation is: an interrupt may have kept it behind."""
         if self.error_rel == np.inf:
             return
-        before = self.error_rel
+        before = self.missed
         try:
             self._shadow.advance(self.simulation.step_index - self.companion.step_index)
-            tips = [sampler.poses()[-1, :3] for sampler in self._tips]
-            apart = float(np.linalg.norm(tips[0] - tips[1])) / self.simulation.length
-            self.error_rel = max(before, SAFETY * apart)
+            poses = [sampler.poses()[-1:] for sampler in self._tips]
+            apart, angle = distances(poses[0], poses[1], self.simulation.length)[-1].tolist()
+            self.error_rel = max(self.error_rel, self.trust * apart)
+            self.error_rad = max(self.error_rad, self.trust * angle)
         except SolverError:
-            self.error_rel = np.inf
-        if before <= self.tolerance < self.error_rel:
-            self._complain(
-                f"at t = {self.simulation.time:.9g} s the tip may be off by "
-                f"{self.error_rel:.2g} of the length, more than the tolerance {self.tolerance:g}"
+            self.error_rel = self.error_rad = np.inf
+        if not before and self.missed:
+            self._complain(f"at t = {self.simulation.time:.9g} s {self.doubt()}")
+
+    @property
+    def missed(self) -> bool:
+        """Whether an estimate is beyond its tolerance."""
+        turned = self.orientation is not None and self.error_rad > self.orientation
+        return self.error_rel > self.tolerance or turned
+
+    def accuracy(self) -> dict[str, float]:
+        """Return tolerances and estimates by their keys in summary.json."""
+        return accuracy(self.tolerance, self.error_rel, self.orientation, self.error_rad)
+
+    def doubt(self) -> str:
+        """Say how far off the tip may be; empty while it is within the tolerances."""
+        if not self.missed:
+            return ""
+        if self.error_rel > self.tolerance:
+            return (
+                f"the tip may be off by {self.error_rel:.2g} of the length, more than the "
+                f"tolerance {self.tolerance:g}"
             )
+        return (
+            f"the tip may be turned by {self.error_rad:.2g} rad, more than the "
+            f"tolerance {self.orientation:g}"
+        )
 
     def withdraw(self) -> list[str]:
         """Drop what is in force of both; the companion first comes to where the other gave up."""
@@ -98,7 +128,7 @@ class WatchedInputs(Inputs):
         super().reset()
         self._shadow.reset()
         self.companion.step_index = self.simulation.step_index  # it may have given up, or not
-        self.error_rel = 0.0
+        self.error_rel = self.error_rad = 0.0
 
 
 def inputs_of(

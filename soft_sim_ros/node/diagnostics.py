@@ -109,6 +109,9 @@ class Diagnostics:
         if watched:
             values["error estimate (of the length)"] = inputs.error_rel
             values["tolerance (of the length)"] = inputs.tolerance
+            if inputs.orientation is not None:
+                values["orientation error estimate (rad)"] = inputs.error_rad
+                values["orientation tolerance (rad)"] = inputs.orientation
         rival = self._rivals.look()
         ok, warn, error = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
         if physics.failure:
@@ -119,9 +122,8 @@ class Diagnostics:
             return values, error, f"recording: {log.error}"
         if log is not None and log.dropped:
             return values, warn, f"recording: {log.dropped} messages dropped"
-        if watched and not inputs.error_rel <= inputs.tolerance:
-            estimate, tolerance = inputs.error_rel, inputs.tolerance
-            return values, warn, f"error estimate {estimate:.2g} beyond tolerance {tolerance:g}"
+        if watched and inputs.missed:
+            return values, warn, inputs.doubt()
         if withdrawn:
             return values, warn, f"the solver gave up {physics.recovery.said}"
         if rival:

@@ -39,7 +39,7 @@ def simulation_of(scene: Scene, say: Callable[[str], None]) -> Simulation:
     if not scene.numerics.free:
         return Simulation(scene)
     with _patience(say, lambda: "choosing what meets the tolerance"):
-        choice = choose(scene)
+        choice = choose(scene, say=say)
     say(f"meets the tolerance in a probe: {words(choice.scene.numerics)}")
     return Simulation(choice.scene)
 

@@ -63,10 +63,10 @@ def summarise(
 
 
 def accuracy(inputs: Inputs) -> dict[str, float | None] | None:
-    """Tolerance and estimate of the tip's error over the length; null where the estimate ended."""
+    """Tolerances and estimates of the tip's errors; null where the estimate ended."""
     if not isinstance(inputs, WatchedInputs):
         return None
-    return {"tolerance": inputs.tolerance, "error_rel": _plain(inputs.error_rel)}
+    return {key: _plain(value) for key, value in inputs.accuracy().items()}
 
 
 def write_summary(directory: str, summary: dict) -> Path:

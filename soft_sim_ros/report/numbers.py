@@ -111,6 +111,9 @@ def accuracy_rows(run: Run, summary: Mapping[str, Any]) -> Rows:
         told = "none: its companion gave up" if estimate is None else f"{estimate:.2g} of length"
         rows.append(("Estimated error of the tip", told))
         rows.append(("Tolerance", f"{contract['tolerance']:g} of length"))
+        if contract.get("error_rad") is not None:
+            rows.append(("Estimated error of its orientation", f"{contract['error_rad']:.2g} rad"))
+            rows.append(("Tolerance", f"{contract['orientation_tolerance']:g} rad"))
     for key, value in list((summary.get("solver") or {}).items())[:_MOST_ROWS]:
         rows.append((f"Solver {short(key)}", _plain(value)))
     return rows

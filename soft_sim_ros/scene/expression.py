@@ -40,15 +40,15 @@ class Expression:
         if len(text) > LONGEST:
             raise ExpressionError(f"at most {LONGEST} characters")
         try:
-            self._tree = ast.parse(text.strip(), mode="eval").body
+            self.tree = ast.parse(text.strip(), mode="eval").body
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             raise ExpressionError("this is not arithmetic") from None
-        _value(self._tree, np.zeros(1), 0)
+        _value(self.tree, np.zeros(1), 0)
 
     def __call__(self, s: Floats) -> Floats:
         """Return the values at s, same shape."""
         with np.errstate(all="ignore"):
-            return np.broadcast_to(np.asarray(_value(self._tree, s, 0), dtype=float), np.shape(s))
+            return np.broadcast_to(np.asarray(_value(self.tree, s, 0), dtype=float), np.shape(s))
 
 
 def _value(node: ast.expr, s: Floats, depth: int) -> Any:

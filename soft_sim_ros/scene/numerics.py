@@ -22,6 +22,8 @@ DEFAULT_ORDER = {
 LONGEST_STEP = 1e6  # s: times are counted in 64 bits of nanoseconds
 MAX_ORDER = 50
 MAX_ELEMENTS = 10000
+NODES = Interval(2, 100, True, True)
+POSITION, ORIENTATION = Interval.parse("[1e-8, 0.1]"), Interval.parse("[1e-8, 1]")
 
 
 @dataclass(frozen=True)
@@ -62,8 +64,9 @@ class Numerics:
     """Step in s, integrator and its options, Newton's tolerance and iterations, bases.
 
     Without a ``newton_tolerance`` Newton's method follows the error of the integrator. With a
-    ``tolerance``, of the tip's position over the arm's length, what is ``free`` has yet to be
-    chosen (core/contract.py) and stands here with its default.
+    ``tolerance``, of the tip's position over the arm's length, and one of its ``orientation`` in
+    rad, what is ``free`` has yet to be chosen (core/contract.py) and stands here with its default;
+    ``trust`` is what the distance to a companion is then multiplied by (core/convergence.py).
     ``rods`` has one Basis for every rod, with orders for its active strains only: ``basis`` with
     the overrides of that rod put in.
     """
@@ -76,7 +79,9 @@ class Numerics:
     basis: Basis = field(default_factory=Basis)
     rods: dict[str, Basis] = field(default_factory=dict)
     tolerance: float | None = None
+    orientation: float | None = None
     free: Free = Free()
+    trust: float | None = field(default=None, compare=False)
 
 
 def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
@@ -92,7 +97,7 @@ def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
     overrides = reader.mapping("rods").only(*(rod.name for rod in rods))
     for rod in rods:
         bases[rod.name] = _read_basis(overrides.mapping(rod.name), basis, rod.strains)
-    tolerance = reader.number("tolerance", Interval.parse("[1e-8, 0.1]"), default=None)
+    tolerance, orientation = _read_tolerance(reader)
     return Numerics(
         step=_read_step(reader),
         integrator=reader.choice("integrator", INTEGRATORS, default="sdirk2"),
@@ -102,8 +107,18 @@ def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
         basis=basis,
         rods=bases,
         tolerance=tolerance,
+        orientation=orientation,
         free=Free() if tolerance is None else _read_free(reader, bases),
     )
+
+
+def _read_tolerance(reader: Reader) -> tuple[float | None, float | None]:
+    """Return the tolerances of the tip's position, over the length, and of its orientation."""
+    if not reader.is_mapping("tolerance"):
+        return reader.number("tolerance", POSITION, default=None), None
+    both = reader.mapping("tolerance").only("position", "orientation")
+    position = both.number("position", POSITION)
+    return position, both.number("orientation", ORIENTATION, default=None)
 
 
 def _read_free(reader: Reader, bases: dict[str, Basis]) -> Free:
@@ -159,7 +174,7 @@ def _read_basis(reader: Reader, default: Basis, strains: tuple[str, ...]) -> Bas
     nodes = default.nodes
     if reader.has("nodes"):
         automatic = reader.says("nodes", "auto")
-        nodes = None if automatic else reader.whole("nodes", Interval.parse("[2, 100]"))
+        nodes = None if automatic else reader.whole("nodes", NODES)
     return Basis(kind, order, elements, nodes)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -17,6 +18,7 @@ import scipy
 from soft_sim_ros.scene.columns import read_columns
 from soft_sim_ros.scene.expression import Expression, ExpressionError
 from soft_sim_ros.scene.interval import FINITE, Interval
+from soft_sim_ros.scene.sampling import Unresolved, resolving
 from soft_sim_ros.scene.taper import Floats
 
 if TYPE_CHECKING:
@@ -43,6 +45,10 @@ class Profile(Protocol):
     @property
     def kinks(self) -> tuple[float, ...]:
         """Places in (0, 1) where the slope jumps."""
+
+    @property
+    def resolving(self) -> Floats:
+        """Rising places (N,) in [0, 1] between which it changes by little."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +81,12 @@ class Table:
         """The same if straight lines join them, else none."""
         return self.knots if self.interpolation == "linear" else ()
 
+    @property
+    def resolving(self) -> Floats:
+        """All places, and three between neighbours."""
+        steps = np.diff(self.places)[:, None] * np.array([0.0, 0.25, 0.5, 0.75])
+        return np.append(self.places[:-1, None] + steps, 1.0)
+
 
 @dataclass(frozen=True, eq=False)
 class Smooth:
@@ -89,6 +101,11 @@ class Smooth:
         """Return the values at x."""
         s = self.length * np.asarray(x, dtype=float)
         return np.broadcast_to(np.asarray(self.function(s), dtype=float), s.shape)
+
+    @cached_property
+    def resolving(self) -> Floats:
+        """Rising places (N,) in [0, 1] between which it changes by little (sampling.py)."""
+        return resolving(self.function, self.length)
 
 
 def register_profile(name: str, function: Callable[[Floats], Floats]) -> None:
@@ -146,10 +163,13 @@ def _table(reader: Reader, key: str, rows: Floats, length: float, interpolation:
 
 def _check(reader: Reader, key: str, profile: Profile, length: float, within: Interval) -> None:
     """Refuse profiles that leave their interval, between the points of a table as well."""
-    places = np.union1d(CHECKED, profile.knots)
     with np.errstate(all="ignore"):
         try:
+            profile(CHECKED)
+            places = np.union1d(CHECKED, profile.resolving)
             values = profile(places)
+        except Unresolved as error:
+            reader.refuse(str(error), key)
         except (TypeError, ValueError, ArithmeticError) as error:
             reader.refuse(f"a function of arc lengths (N,) in m ({error})", key)
     for x, value in zip(places, values, strict=True):

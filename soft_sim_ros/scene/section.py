@@ -7,11 +7,12 @@ replaces the elastic part of torsion, bending and stretch by the sum over its fi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from soft_sim_ros.scene.cross_section import CrossSection, dimensions, read_cross_section
+from soft_sim_ros.scene.features import cuts
 from soft_sim_ros.scene.given import GIVEN, Given, read_given
 from soft_sim_ros.scene.interval import POSITIVE
 from soft_sim_ros.scene.material import Material
@@ -19,6 +20,7 @@ from soft_sim_ros.scene.profile import CHECKED, Profile
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.reference import Reference, read_reference
 from soft_sim_ros.scene.rod_model import COSSERAT, RodModel
+from soft_sim_ros.scene.sampling import Unresolved
 from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.taper import Floats
 
@@ -28,7 +30,8 @@ class Section:
     """Length in m, material, cross-section, reference shape, model of its rod, data given instead.
 
     All functions take normalised arc lengths x (…) in [0, 1]. ``shear_correction`` (k_y, k_z)
-    overrides the factors of the cross-section.
+    overrides the factors of the cross-section. At ``cuts`` the data change too fast for one element
+    (features.py).
     """
 
     name: str
@@ -39,6 +42,7 @@ class Section:
     shear_correction: tuple[float, float] | None = None
     model: RodModel = COSSERAT
     given: Given = field(default_factory=Given)
+    cuts: tuple[float, ...] = ()
 
     @property
     def profiles(self) -> list[Profile]:
@@ -54,7 +58,7 @@ class Section:
 
     @property
     def kinks(self) -> tuple[float, ...]:
-        """Places x in (0, 1) where the slope of the data jumps: the rod is cut there."""
+        """Places x in (0, 1) where the slope of the data jumps: the rod is cut there, too."""
         return tuple(sorted({x for profile in self.profiles for x in profile.kinks}))
 
     def stiffness(self, x: Floats) -> Floats:
@@ -185,7 +189,10 @@ def read_section(
     if model.is_limp:
         reader.no_effect("coupling", f"a {model.name} has no bending stiffness")
     _check_representable(reader, section, strains)
-    return section
+    try:
+        return replace(section, cuts=cuts(section))
+    except Unresolved as error:
+        reader.refuse(str(error))
 
 
 def _read_shear_correction(reader: Reader) -> tuple[float, float] | None:

@@ -27,6 +27,11 @@ class Taper:
         """Places in (0, 1) where the slope jumps: none."""
         return ()
 
+    @property
+    def resolving(self) -> Floats:
+        """Places in [0, 1] that show it: its ends."""
+        return np.array([0.0, 1.0])
+
     def __call__(self, x: Floats) -> Floats:
         """Return the values at normalised arc lengths x in [0, 1], same shape as x."""
         x = np.asarray(x, dtype=float)
