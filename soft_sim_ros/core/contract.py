@@ -18,6 +18,7 @@ import numpy as np
 from ..errors import SolverError, ToleranceMissed
 from ..scene import STRAINS, Free, Numerics, Scene
 from .drive import Drive, probe
+from .dynamics import Dynamics
 from .model import Floats
 from .refinement import Refinement, source_with, words
 from .simulation import Simulation
@@ -54,13 +55,21 @@ class _Trial:
 def draft(scene: Scene) -> Scene:
     """Return a scene with a first guess of what it leaves free: its kernels are the same."""
     tolerance = scene.numerics.tolerance
-    if tolerance is None or not scene.numerics.free:
+    if not scene.numerics.free:
         return scene
+    if tolerance is None:
+        from .unwritten import first_guess  # which takes what is here
+
+        return first_guess(scene)
     return replace(scene, numerics=replace(Refinement(scene, tolerance).first(), free=Free()))
 
 
 def settled(scene: Scene) -> Scene:
     """Return a scene in which nothing is left free, chosen by a probe where something was."""
+    if scene.numerics.free and scene.numerics.tolerance is None:
+        from .unwritten import settle_unwritten  # which takes what is here
+
+        return settle_unwritten(scene).scene
     return choose(scene).scene if scene.numerics.free else scene
 
 
@@ -172,7 +181,7 @@ class _Search:
         return numerics
 
 
-def top_orders(simulation: Simulation, largest: Floats) -> dict[tuple[str, str], float]:
+def top_orders(simulation: Simulation | Dynamics, largest: Floats) -> dict[tuple[str, str], float]:
     """Return how far, over the length, the two highest orders of every strain may move the tip.
 
     largest : (n,) the largest size of every coordinate in a run

@@ -10,6 +10,7 @@ from .dynamics import Dynamics
 from .kernels.newton import CONVERGED, REASONS, admissible
 from .model import Floats
 from .relaxation import sink
+from .space_error import Forcing, tell_if_coarse
 
 MIN_LOAD_STEP = 1e-6
 WATCHED = 1500
@@ -31,6 +32,7 @@ def equilibrium(
     iterations: int = 25,
     free: Floats | None = None,
     stable: bool = True,
+    check: bool | None = None,
 ) -> Floats:
     """Return q (n,) with r(q, 0, 0) = 0.
 
@@ -44,6 +46,14 @@ def equilibrium(
     iterations : Newton steps allowed for one load step
     free : (n,) bool, coordinates to be found; the others keep their start value
     stable : whether only stable equilibria will do
+    check : whether to ask a finer basis how far off the tip is, and to warn; by default, where the
+        scene's author wrote no basis. It costs about as much as the solution, and once per arm the
+        compilation of a finer one: False for loops
+
+    Warns
+    -----
+    NotResolved
+        if basis and nodes are too coarse for this state (space_error.py)
 
     Raises
     ------
@@ -88,6 +98,8 @@ def equilibrium(
         previous = (reached, state)
         reached, state = share, found
         step *= 2.0
+    if check or (check is None and not dynamics.compiled.scene.numerics.space_written):
+        tell_if_coarse(dynamics, state, Forcing(efforts, time, 1.0, tip, tip_follows), mask)
     return state
 
 

@@ -100,7 +100,7 @@ class Task:
 
     def at(self, efforts: Floats, q: Floats | None) -> Point:
         """Return the equilibrium near q; raises StaticsFailed if there is none."""
-        q = equilibrium(self.dynamics, q, efforts=efforts, **self.loads)
+        q = equilibrium(self.dynamics, q, efforts=efforts, check=False, **self.loads)
         pose = self.dynamics.node_poses(q)[-1]
         parts = []
         if self.position is not None:
