@@ -8,7 +8,7 @@ searched for.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
@@ -23,13 +23,15 @@ from .dynamics import Dynamics
 from .model import Floats
 from .prolong import finer, prolong
 from .refinement import STEP_ERROR, Refinement, source_with
+from .sampler import Sampler
 from .simulation import Simulation
 from .space_error import UNWRITTEN, newton, tips_apart
 
 GOAL = UNWRITTEN  # of the tip's position over the length
 SHARE = 0.4  # of it for statics, so that something is left for motion
 BENDING, OTHER = 3, 1  # first orders of torsion and bending, and of stretch and shear
-ROUNDS = 6  # of refinement by statics, and as many by motion
+ROUNDS, MOTIONS = 6, 3  # of refinement: by statics, by motion
+WORK = 600  # steps of the solver after which a motion has been looked at for long enough
 MOST = 300  # coordinates beyond which nothing is refined
 SHORT = 1.0  # s of the motion that is looked at
 
@@ -125,17 +127,11 @@ def _by_motion(scene: Scene, rules: Refinement, numerics: Numerics) -> tuple[Num
     """Return numerics that show a short motion, and what they are still off by."""
     drive: Drive | None = None
     best = numerics, np.inf
-    for _ in range(ROUNDS):
+    for _ in range(MOTIONS):
         one = Simulation(_fixed(scene, numerics))
         other = Simulation(_fixed(scene, rules.finer(numerics)))
-        drive = _short(probe(one), one) if drive is None else drive
-        largest = np.zeros(other.n_coordinates)
-        try:
-            tips = drive.tips(one), drive.tips(other, _most(other, largest))
-            apart = np.linalg.norm(tips[0] - tips[1], axis=1).max() / one.length
-            error = SAFETY * float(apart)
-        except SolverError:
-            error = np.inf
+        drive = short(probe(one), one) if drive is None else drive
+        error, largest = companions_apart(one, other, drive)
         if error < best[1]:
             best = numerics, error
         if error <= GOAL or one.n_coordinates > MOST:
@@ -145,16 +141,49 @@ def _by_motion(scene: Scene, rules: Refinement, numerics: Numerics) -> tuple[Num
     return best
 
 
-def _most(simulation: Simulation, largest: Floats) -> Callable[[], None]:
-    """Return what keeps the largest size of every coordinate in ``largest``."""
-
-    def see() -> None:
-        np.maximum(largest, np.abs(simulation.q), out=largest)
-
-    return see
+class _Enough(Exception):
+    """A motion has taken all the work it may."""
 
 
-def _short(drive: Drive, simulation: Simulation) -> Drive:
+def companions_apart(one: Simulation, other: Simulation, drive: Drive) -> tuple[float, Floats]:
+    """Return the estimate of a tip's error over the length, by a finer companion, in a drive.
+
+    Both are looked at as far as either comes within WORK steps of its method. Infinite where one
+    of them gave up. Also the largest size of every coordinate (n,) of the companion.
+    """
+    largest = np.zeros(other.n_coordinates)
+    runs: list[list[Floats]] = []
+    for simulation in (one, other):
+        sampler, tips = simulation.sampler(2), []
+        first = simulation.statistics().steps
+
+        def see(
+            simulation: Simulation = simulation,
+            sampler: Sampler = sampler,
+            tips: list[Floats] = tips,
+            first: int = first,
+        ) -> None:
+            tips.append(sampler.poses()[-1, :3].copy())
+            if simulation is other:
+                np.maximum(largest, np.abs(simulation.q), out=largest)
+                if len(tips) == len(runs[0]):
+                    raise _Enough
+            if simulation.statistics().steps - first > WORK:
+                raise _Enough
+
+        try:
+            drive.tips(simulation, see)
+        except _Enough:
+            pass
+        except SolverError:
+            return np.inf, largest
+        runs.append(tips)
+    looks = min(map(len, runs))
+    apart = np.array(runs[0][:looks]) - np.array(runs[1][:looks])
+    return SAFETY * float(np.linalg.norm(apart, axis=1).max()) / one.length, largest
+
+
+def short(drive: Drive, simulation: Simulation) -> Drive:
     """Return a drive that takes no longer than SHORT."""
     last = min(drive.last, max(1, round(SHORT * 1e9 / simulation.step_ns)))
     steps = drive.steps * last // max(1, drive.last)

@@ -13,6 +13,7 @@ from .contract import SAFETY
 from .inputs import Inputs, Order
 from .refinement import Refinement
 from .simulation import Simulation
+from .space_watch import LookedInputs
 
 
 class WatchedInputs(Inputs):
@@ -87,7 +88,7 @@ def inputs_of(
     ramp: float,
     complain: Callable[[str], None] = lambda text: None,
 ) -> Inputs:
-    """Return inputs that are watched if the scene has a tolerance, plain ones otherwise."""
+    """Return inputs with a companion if the scene has a tolerance, with looks otherwise."""
     if simulation.scene.numerics.tolerance is None:
-        return Inputs(simulation, command_timeout, ramp)
+        return LookedInputs(simulation, command_timeout, ramp, complain)
     return WatchedInputs(simulation, command_timeout, ramp, complain)

@@ -8,6 +8,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 
+from soft_sim_ros.core.space_watch import SpaceInputs
 from soft_sim_ros.core.watch import WatchedInputs
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.physics import Physics
@@ -98,6 +99,8 @@ class Diagnostics:
         if watched:
             values["error estimate (of the length)"] = inputs.error_rel
             values["tolerance (of the length)"] = inputs.tolerance
+        if isinstance(inputs, SpaceInputs):
+            values["error estimate in space (of the length)"] = inputs.space_rel
         rival = self._rivals.look()
         ok, warn, error = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
         if physics.failure:
@@ -111,6 +114,8 @@ class Diagnostics:
         if watched and not inputs.error_rel <= inputs.tolerance:
             estimate, tolerance = inputs.error_rel, inputs.tolerance
             return values, warn, f"error estimate {estimate:.2g} beyond tolerance {tolerance:g}"
+        if isinstance(inputs, SpaceInputs) and inputs.coarse:
+            return values, warn, inputs.told()
         if rival:
             return values, warn, rival
         if physics.paused:

@@ -90,6 +90,11 @@ def accuracy_rows(run: Run, summary: Mapping[str, Any]) -> Rows:
         told = "none: its companion gave up" if estimate is None else f"{estimate:.2g} of length"
         rows.append(("Estimated error of the tip", told))
         rows.append(("Tolerance", f"{contract['tolerance']:g} of length"))
+    space = summary.get("space")
+    if space and space["error_rel"] is not None:
+        rows.append(("Estimated error in space", f"{space['error_rel']:.2g} of length"))
+        if space["error_rel"] > space["limit"]:
+            rows.append(("Warning", f"basis or nodes too coarse: beyond {space['limit']:g}"))
     for key, value in (summary.get("solver") or {}).items():
         rows.append((f"Solver {key}", _plain(value)))
     return rows
