@@ -21,11 +21,11 @@ from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.space_watch import (
     BEAT,
-    LARGE,
     AccompaniedInputs,
     LookedInputs,
     SpaceInputs,
     as_json,
+    has_space,
 )
 from soft_sim_ros.errors import NotResolved, SolverError
 from soft_sim_ros.recording.cdr import encode_floats, encode_string
@@ -161,7 +161,7 @@ class Rollout:
 
     def _inputs_of(self, space: bool, duration: float | None) -> Inputs:
         simulation = self.simulation
-        if not space or not 0 < simulation.n_coordinates <= LARGE:
+        if not space or not has_space(simulation):
             return Inputs(simulation, command_timeout=0.0, ramp=0.0)
         if simulation.scene.numerics.written:
             return AccompaniedInputs(simulation, command_timeout=0.0, ramp=0.0)

@@ -119,7 +119,9 @@ def rest(simulation: Simulation) -> tuple[np.ndarray, str]:
         return simulation.q, "the initial equilibrium"
     efforts = np.array([actuator.safe for actuator in simulation.scene.actuators])
     try:
-        return equilibrium(dynamics, efforts=efforts, check=False), "the equilibrium under weight and loads"
+        return equilibrium(
+            dynamics, efforts=efforts, check=False
+        ), "the equilibrium under weight and loads"
     except StaticsFailed:
         return simulation.q, "the initial state, which is not at rest"
 

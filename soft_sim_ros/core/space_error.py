@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import NotResolved
+from ..scene.numerics import FIXED_ORDER
 from .dynamics import Dynamics
 from .model import Floats
 from .prolong import finer, prolong
@@ -21,6 +22,9 @@ FOUND = 1e-7  # its last correction, as a displacement of the tip in arm lengths
 LONGEST = 0.5  # arm lengths that one correction may move the tip
 # What a run may be off before somebody is told, over the length: by what was written, and without.
 WRITTEN, UNWRITTEN = 1e-2, 1e-3
+# What is left beyond a finer model: little with two more orders, a third of the way or more where
+# elements are halved, whose error falls with their square at best.
+SAFETY, HALVED = 1.25, 1.6
 MEMORY = 1.0  # s for which a motion gathers the errors of its forces, at most
 
 
@@ -66,13 +70,23 @@ def static_error(
 
     free : (n,) bool, coordinates that were to be found; the others are held
     """
+    if not dynamics.compiled.chain.rods:
+        return 0.0
     fine = finer(dynamics)
     start = prolong(dynamics.compiled, fine.compiled, q)
     held = None
     if free is not None and not free.all():
         held = prolong(dynamics.compiled, fine.compiled, (~free).astype(float)) == 0.0
     found = newton(fine, start, forcing, held)
-    return float("inf") if found is None else tips_apart(dynamics, q, fine, found)
+    if found is None:
+        return float("inf")
+    return trust(dynamics) * tips_apart(dynamics, q, fine, found)
+
+
+def trust(dynamics: Dynamics) -> float:
+    """Return how many times the way to the finer model the error may be, which is no continuum."""
+    bases = dynamics.compiled.scene.numerics.rods.values()
+    return HALVED if any(basis.kind in FIXED_ORDER for basis in bases) else SAFETY
 
 
 def tips_apart(one: Dynamics, q: Floats, other: Dynamics, p: Floats) -> float:
@@ -96,7 +110,7 @@ def motion_error(
     forcing : what acts now
     elapsed : s since the motion began
     """
-    if not dynamics.n:
+    if not dynamics.compiled.chain.rods:
         return 0.0
     fine = finer(dynamics)
     zero = np.zeros(dynamics.n)
@@ -114,7 +128,7 @@ def motion_error(
     way = np.abs(up[0] - moved) * fine.model.weight
     if not np.isfinite(moved).all() or way.max() > 2.0:
         return float("inf")
-    return tips_apart(dynamics, q, fine, moved)
+    return trust(dynamics) * tips_apart(dynamics, q, fine, moved)
 
 
 def limit_of(dynamics: Dynamics) -> float:

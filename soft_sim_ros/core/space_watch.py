@@ -11,11 +11,15 @@ from .dynamics import Dynamics
 from .inputs import Inputs, Order
 from .prolong import finer_scene
 from .simulation import Simulation
-from .space_error import Forcing, limit_of, motion_error
+from .space_error import Forcing, limit_of, motion_error, trust
 
 BEAT = 0.5  # s between two looks of a run whose end nobody knows
 LARGE = 600  # coordinates beyond which nobody looks
-SAFETY = 1.25  # the companion is no continuum
+
+
+def has_space(simulation: Simulation) -> bool:
+    """Whether there is a rod to be shown more finely, and whether a look at it is short."""
+    return bool(simulation.compiled.chain.rods) and 0 < simulation.n_coordinates <= LARGE
 
 
 class SpaceInputs(Inputs):
@@ -101,8 +105,6 @@ class LookedInputs(SpaceInputs):
         """Look at the state of now."""
         simulation = self.simulation
         self._last = simulation.step_index
-        if not 0 < simulation.n_coordinates <= LARGE:
-            return
         elapsed = (simulation.step_index - self._began) * simulation.step_ns * 1e-9
         error = motion_error(self._model, simulation.q, simulation.v, acting(simulation), elapsed)
         self._note(error)
@@ -132,6 +134,7 @@ class AccompaniedInputs(SpaceInputs):
         self.companion = Simulation(finer_scene(simulation.scene))
         self._shadow = Inputs(self.companion, command_timeout, ramp)
         self._tips = [s.sampler(2) for s in (simulation, self.companion)]
+        self._trust = trust(simulation.dynamics)
         self.look()
 
     def take(self, order: Order) -> None:
@@ -155,7 +158,7 @@ class AccompaniedInputs(SpaceInputs):
         """Compare the tips of now."""
         tips = [sampler.poses()[-1, :3] for sampler in self._tips]
         apart = float(np.linalg.norm(tips[0] - tips[1])) / self.simulation.length
-        self._note(SAFETY * apart)
+        self._note(self._trust * apart)
 
     def reset(self) -> None:
         """Go back to the initial state, both; the estimate begins anew."""
@@ -173,4 +176,3 @@ def acting(simulation: Simulation) -> Forcing:
 def as_json(space: dict[str, float]) -> dict[str, float | None]:
     """Return an estimate that JSON can hold: null where there is none."""
     return {key: value if np.isfinite(value) else None for key, value in space.items()}
-

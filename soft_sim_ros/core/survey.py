@@ -40,7 +40,7 @@ def survey(simulation: Simulation, q: np.ndarray | None) -> Survey | None:
     q : (n,) the equilibrium with safe efforts, if there is one
     """
     dynamics = simulation.dynamics
-    if not 0 < dynamics.n <= MOST:
+    if not dynamics.compiled.chain.rods or not 0 < dynamics.n <= MOST:
         return None
     # known pushes only: a wrench that nobody has announced is judged when it comes
     known = [forcing for forcing in cases(dynamics) if forcing.tip is None]

@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import SolverError
 from ..scene import Free, Numerics, Scene
 from .cases import cases, settle
-from .contract import SAFETY, top_orders
+from .contract import top_orders
 from .drive import Drive, probe
 from .dynamics import Dynamics
 from .model import Floats
@@ -25,7 +25,7 @@ from .prolong import finer, prolong
 from .refinement import STEP_ERROR, Refinement, source_with
 from .sampler import Sampler
 from .simulation import Simulation
-from .space_error import UNWRITTEN, newton, tips_apart
+from .space_error import UNWRITTEN, newton, tips_apart, trust
 
 GOAL = UNWRITTEN  # of the tip's position over the length
 SHARE = 0.4  # of it for statics, so that something is left for motion
@@ -180,7 +180,8 @@ def companions_apart(one: Simulation, other: Simulation, drive: Drive) -> tuple[
         runs.append(tips)
     looks = min(map(len, runs))
     apart = np.array(runs[0][:looks]) - np.array(runs[1][:looks])
-    return SAFETY * float(np.linalg.norm(apart, axis=1).max()) / one.length, largest
+    error = trust(one.dynamics) * float(np.linalg.norm(apart, axis=1).max())
+    return error / one.length, largest
 
 
 def short(drive: Drive, simulation: Simulation) -> Drive:

@@ -13,7 +13,7 @@ from .contract import SAFETY
 from .inputs import Inputs, Order
 from .refinement import Refinement
 from .simulation import Simulation
-from .space_watch import LookedInputs
+from .space_watch import LookedInputs, has_space
 
 
 class WatchedInputs(Inputs):
@@ -90,5 +90,7 @@ def inputs_of(
 ) -> Inputs:
     """Return inputs with a companion if the scene has a tolerance, with looks otherwise."""
     if simulation.scene.numerics.tolerance is None:
+        if not has_space(simulation):
+            return Inputs(simulation, command_timeout, ramp)
         return LookedInputs(simulation, command_timeout, ramp, complain)
     return WatchedInputs(simulation, command_timeout, ramp, complain)
