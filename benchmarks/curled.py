@@ -1,4 +1,4 @@
-"""Curled, coiled and loaded scenes: what a coarse basis is silently wrong on, at rest and moving."""
+"""Curled, coiled and loaded arms, at rest and moving: a coarse basis does not show them."""
 
 from __future__ import annotations
 

@@ -119,11 +119,10 @@ def rest(simulation: Simulation) -> tuple[np.ndarray, str]:
         return simulation.q, "the initial equilibrium"
     efforts = np.array([actuator.safe for actuator in simulation.scene.actuators])
     try:
-        return equilibrium(
-            dynamics, efforts=efforts, check=False
-        ), "the equilibrium under weight and loads"
+        q = equilibrium(dynamics, efforts=efforts, check=False)
     except StaticsFailed:
         return simulation.q, "the initial state, which is not at rest"
+    return q, "the equilibrium under weight and loads"
 
 
 def carried(simulation: Simulation, q: np.ndarray) -> InternalWrench:
@@ -165,8 +164,8 @@ def accuracy(scene: Scene, simulation: Simulation, q: np.ndarray, state: str) ->
             return
         error, limit = found.worst, WRITTEN
         yield (
-            f"error in space    of the length: {found.rest:.2g} at rest, {found.corners:.2g} at the "
-            f"limits of loads and actuators, {found.motion:.2g} in a short motion"
+            f"error in space    of the length: {found.rest:.2g} at rest, {found.corners:.2g} at "
+            f"the limits of loads and actuators, {found.motion:.2g} in a short motion"
         )
     else:
         return

@@ -13,7 +13,7 @@ from .prolong import finer_scene
 from .simulation import Simulation
 from .space_error import Forcing, limit_of, motion_error, trust
 
-BEAT = 0.5  # s between two looks of a run whose end nobody knows
+BEAT = 1.0  # s between two looks of a run whose end nobody knows
 LARGE = 600  # coordinates beyond which nobody looks
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -46,7 +46,7 @@ def survey(simulation: Simulation, q: np.ndarray | None) -> Survey | None:
     known = [forcing for forcing in cases(dynamics) if forcing.tip is None]
     corners = max((error_of(dynamics, forcing)[0] for forcing in known), default=0.0)
     rest = 0.0 if q is None else static_error(dynamics, q, acting(simulation))
-    one = Simulation(replace(simulation.scene))
+    one = Simulation(simulation.scene)
     other = Simulation(finer_scene(simulation.scene))
     motion, _ = companions_apart(one, other, short(probe(one), one))
     return Survey(rest, corners, motion)

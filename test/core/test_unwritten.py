@@ -1,4 +1,4 @@
-"""Without numerics the tip is right to 1e-3 of the length, or somebody is told; so with coarse ones.
+"""Without numerics the tip is right to 1e-3 of the length, or somebody is told.
 
 Truth is another kind of basis on three elements with many nodes, or a closed form.
 """
