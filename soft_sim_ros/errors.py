@@ -355,6 +355,31 @@ class CommandError(SoftSimError):
         return f"{self.topic}: {self.why}"
 
 
+class NotResolved(UserWarning):
+    """A result is further from the continuous arm than it should be: the basis is too coarse.
+
+    Parameters
+    ----------
+    scene : its name
+    error : estimate of the tip's error in space over the length; infinite where none can be given
+    limit : beyond which somebody is told
+    """
+
+    def __init__(self, scene: str, error: float, limit: float) -> None:
+        super().__init__(scene, error, limit)
+        self.scene, self.error, self.limit = scene, error, limit
+
+    def __str__(self) -> str:
+        """Put the numbers in a sentence, and say what helps."""
+        size = f"{self.error:.2g} of the length"
+        if self.error == float("inf"):
+            size = "any amount (a finer basis finds no equilibrium nearby)"
+        return (
+            f"{self.scene}: basis and nodes do not show this state: the tip may be off by {size}, "
+            f"more than {self.limit:g}; write a higher numerics.basis.order or more elements"
+        )
+
+
 class NoSuchPlace(SoftSimError):
     """A rod, a strain or an arc length that the arm does not have.
 

@@ -19,8 +19,16 @@ from soft_sim_ros.core.drive import Drive
 from soft_sim_ros.core.estimate import Estimated
 from soft_sim_ros.core.inputs import Inputs
 from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.space_watch import (
+    BEAT,
+    AccompaniedInputs,
+    LookedInputs,
+    SpaceInputs,
+    as_json,
+    has_space,
+)
 from soft_sim_ros.endings import undisturbed
-from soft_sim_ros.errors import SolverError
+from soft_sim_ros.errors import NotResolved, SolverError
 from soft_sim_ros.files import write_whole
 from soft_sim_ros.recording.cdr import encode_floats, encode_string
 from soft_sim_ros.recording.telemetry import Telemetry
@@ -30,6 +38,7 @@ from soft_sim_ros.scene import Scene
 
 NODE = "/soft_arm"  # topics are named as those of the node, so that every reader fits both
 FRAME = "world"
+LOOKS = 20  # at a run whose numerics are not written, at least
 
 
 class Rollout:
@@ -49,6 +58,8 @@ class Rollout:
     max_error : run a companion that estimates the tip's error, and refuse to go on where the
         estimate is beyond this part of the length; infinite: estimate only; None: no companion
     duration : of the run to come, in s; asked for by a tolerance only
+    space : whether the tip's error in space is estimated: by a finer companion where the scene has
+        numerics, by looks at instants where it has none; not with a tolerance, which covers it
     say : told in words what is tried to meet a tolerance
 
     Raises
@@ -72,6 +83,7 @@ class Rollout:
         poses: int = 51,
         max_error: float | None = None,
         duration: float | None = None,
+        space: bool = True,
         say: Callable[[str], None] = lambda text: None,
     ) -> None:
         self.directory = Path(directory)
@@ -89,7 +101,7 @@ class Rollout:
             scene = choice.scene
             self._contract = choice.accuracy()
         self.simulation = Simulation(scene)
-        self._inputs = Inputs(self.simulation, command_timeout=0.0, ramp=0.0)
+        self._inputs = self._inputs_of(space and tolerance is None, duration)
         self._telemetry = Telemetry(self.simulation, poses, FRAME, NODE)
         real_rate = 1.0 / (self._publish_steps * step)
         if abs(real_rate - publish_rate) > 1e-6 * publish_rate:
@@ -135,6 +147,8 @@ class Rollout:
         begin = time.perf_counter()
         try:
             self._run(last, progress)
+            if isinstance(self._inputs, SpaceInputs):
+                self._inputs.look()
             self._ended_by = "duration"
         except SolverError as error:
             self._ended_by = f"diverged: {error}"
@@ -160,6 +174,15 @@ class Rollout:
         except OSError as error:
             self.no_summary = f"{self.directory / 'summary.json'}: {error.strerror}"
         return summary
+
+    def _inputs_of(self, space: bool, duration: float | None) -> Inputs:
+        simulation = self.simulation
+        if not space or not has_space(simulation):
+            return Inputs(simulation, command_timeout=0.0, ramp=0.0)
+        if simulation.scene.numerics.written:
+            return AccompaniedInputs(simulation, command_timeout=0.0, ramp=0.0)
+        beat = BEAT if duration is None else min(BEAT, duration / LOOKS)
+        return LookedInputs(simulation, command_timeout=0.0, ramp=0.0, beat=beat)
 
     def _drive(self, last: int) -> Drive:
         """Return the commands of a run of ``last`` steps."""
@@ -208,6 +231,7 @@ class Rollout:
             "energy_residual_J": residual if math.isfinite(residual) else None,
             "estimate": None if self._pair is None else self._pair.summary(),
             "accuracy": self._contract,
+            "space": self._space(),
             "recording": {
                 "directory": str(self.directory),
                 "recorded": writer.written,
@@ -216,6 +240,17 @@ class Rollout:
                 "complete": writer.complete,
             },
         }
+
+    def _space(self) -> dict[str, float | None] | None:
+        inputs = self._inputs
+        return as_json(inputs.space()) if isinstance(inputs, SpaceInputs) else None
+
+    def doubt(self) -> NotResolved | None:
+        """Return the warning that the run deserves because its basis is too coarse, if it does."""
+        inputs = self._inputs
+        if not isinstance(inputs, SpaceInputs) or not inputs.coarse:
+            return None
+        return NotResolved(self.simulation.scene.name, inputs.space_rel, inputs.space_limit)
 
 
 def steps_of(duration: float, step_ns: int) -> int:

@@ -36,6 +36,7 @@ class Run:
     parameters : key path in the scene → YAML value; ``efforts.NAME`` holds an effort throughout
     commands : CSV file of efforts over time
     publish_rate, poses, max_error : as in Rollout
+    space : whether the tip's error in space is estimated, as in Rollout
     seed : what the drawn values of this run were drawn with
     """
 
@@ -48,6 +49,7 @@ class Run:
     poses: int = 51
     max_error: float | None = None
     seed: int | None = None
+    space: bool = True
 
     def scene(self) -> Scene:
         """Return the scene with the parameters in it.
@@ -92,6 +94,7 @@ class Run:
             __version__, self.text, self.duration, sorted(self.parameters.items()), commands,
             self.publish_rate, self.poses, self.max_error,
         ]  # fmt: skip
+        what += [] if self.space else ["no estimate in space"]
         return hashlib.sha256(json.dumps(what).encode()).hexdigest()
 
     @property
@@ -130,14 +133,15 @@ def execute(run: Run, out: str) -> dict[str, Any]:
     begin = time.perf_counter()
     result = run.described() | {
         "outcome": COMPLETED, "reason": None, "final": True, "simulated_s": None, "tip_m": None,
-        "error_rel": None, "gained_rel": None, "energy_residual_J": None, "wall_s": None,
+        "error_rel": None, "space_error_rel": None, "gained_rel": None,
+        "energy_residual_J": None, "wall_s": None,
     }  # fmt: skip
     rollout = None
     try:
         scene = run.scene()
         rollout = Rollout(
             scene, directory, run.programme(scene), publish_rate=run.publish_rate,
-            poses=run.poses, max_error=run.max_error, duration=run.duration,
+            poses=run.poses, max_error=run.max_error, duration=run.duration, space=run.space,
         )  # fmt: skip
         rollout.run(run.duration)
     except Exception as error:
@@ -164,6 +168,7 @@ def _numbers(rollout: Rollout) -> dict[str, Any]:
         "simulated_s": summary["simulated_s"],
         "tip_m": tip.tolist(),
         "error_rel": estimate.get("error_rel"),
+        "space_error_rel": (summary["space"] or {}).get("error_rel"),
         "gained_rel": estimate.get("gained_rel"),
         "energy_residual_J": summary["energy_residual_J"],
     }

@@ -14,9 +14,12 @@ from soft_sim_ros.core.contract import settled
 from soft_sim_ros.core.modes import frequencies, long_step, recommended_step
 from soft_sim_ros.core.refinement import words
 from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.space_error import UNWRITTEN, WRITTEN
 from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.survey import survey
+from soft_sim_ros.core.unwritten import is_unwritten, settle_unwritten
 from soft_sim_ros.core.wrench import InternalWrench
-from soft_sim_ros.errors import StaticsFailed
+from soft_sim_ros.errors import NotResolved, StaticsFailed
 from soft_sim_ros.scene import Scene, load_scene, summary, total_mass
 from soft_sim_ros.scene.summary import elastic
 
@@ -53,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         line.clear()
         simulation = Simulation(scene)
         q, state = rest(simulation)
-        lines = list(numbers(simulation, q, state))
+        lines = [*numbers(simulation, q, state), *accuracy(scene, simulation, q, state)]
     for line in lines:
         print(line)
     if options.wrench:
@@ -120,9 +123,10 @@ def rest(simulation: Simulation) -> tuple[np.ndarray, str]:
         return simulation.q, "the initial equilibrium"
     efforts = np.array([actuator.safe for actuator in simulation.scene.actuators])
     try:
-        return equilibrium(dynamics, efforts=efforts), "the equilibrium under weight and loads"
+        q = equilibrium(dynamics, efforts=efforts, check=False)
     except StaticsFailed:
         return simulation.q, "the initial state, which is not at rest"
+    return q, "the equilibrium under weight and loads"
 
 
 def carried(simulation: Simulation, q: np.ndarray) -> InternalWrench:
@@ -149,6 +153,28 @@ def numbers(simulation: Simulation, q: np.ndarray, state: str) -> Iterator[str]:
     yield f"recommended step  {recommended_step(dynamics, q):g} s"
     if warning := long_step(dynamics, q, numerics):
         yield f"warning: {warning}"
+
+
+def accuracy(scene: Scene, simulation: Simulation, q: np.ndarray, state: str) -> Iterator[str]:
+    """Give what is known of the tip's error, and a warning if that is too much."""
+    if is_unwritten(scene):
+        chosen = settle_unwritten(scene)
+        error, limit = chosen.error_rel, UNWRITTEN
+        yield f"numerics          chosen, none are written: {words(chosen.scene.numerics)}"
+        yield f"error of the tip  {error:.2g} of the length, in the states and the motion tried"
+    elif scene.numerics.tolerance is None:
+        found = survey(simulation, q if "equilibrium" in state else None)
+        if found is None:
+            return
+        error, limit = found.worst, WRITTEN
+        yield (
+            f"error in space    of the length: {found.rest:.2g} at rest, {found.corners:.2g} at "
+            f"the limits of loads and actuators, {found.motion:.2g} in a short motion"
+        )
+    else:
+        return
+    if not error <= limit:
+        yield f"warning: {NotResolved(scene.name, error, limit)}"
 
 
 def _size(count: int) -> str:

@@ -39,6 +39,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     }
     if options.estimate:
         given.setdefault("max_error", math.inf)
+    if options.no_space:
+        given["space"] = False
     if options.sweep:
         runs = read_sweep(options.sweep, options.scene, options.duration)
         runs = [replace(run, **given) for run in runs]
@@ -62,13 +64,14 @@ def _one(run: Run, out: Path) -> int:
         poses=run.poses,
         max_error=run.max_error,
         duration=run.duration,
+        space=run.space,
         say=line.show,
     )
     line.clear()
     simulation = rollout.simulation
-    doubt = long_step(simulation.dynamics, simulation.q, simulation.scene.numerics)
-    if doubt:
-        warnings.warn(doubt, stacklevel=2)
+    long = long_step(simulation.dynamics, simulation.q, simulation.scene.numerics)
+    if long:
+        warnings.warn(long, stacklevel=2)
     begin = time.monotonic()
 
     def progress(now: float) -> None:
@@ -99,6 +102,11 @@ def _one(run: Run, out: Path) -> int:
                 "estimate of the tip's turn: {error_rad:.2g} rad, "
                 "tolerance {orientation_tolerance:g}".format_map(known)
             )
+    if summary["space"] and summary["space"]["error_rel"] is not None:
+        error = summary["space"]["error_rel"]
+        print(f"estimate of the tip's error in space: {error:.2g} of the length")
+    if doubt := rollout.doubt():
+        warnings.warn(doubt, stacklevel=2)
     print(f"{kept['recorded']} messages recorded in {kept['directory']}")
     lost = kept["dropped"] or kept["error"]
     if lost:
@@ -163,6 +171,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--poses", type=_poses, metavar="N", help="number of backbone poses (51)")
     parser.add_argument(
         "--estimate", action="store_true", help="estimate the tip's error in time: 5 times the work"
+    )
+    parser.add_argument(
+        "--no-space",
+        action="store_true",
+        help="no estimate of the tip's error in space: a half to a third of the work",
     )
     parser.add_argument(
         "--max-error",

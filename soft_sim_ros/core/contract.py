@@ -59,13 +59,21 @@ class Choice:
 def draft(scene: Scene) -> Scene:
     """Return a scene with a first guess of what it leaves free: its kernels are the same."""
     tolerance = scene.numerics.tolerance
-    if tolerance is None or not scene.numerics.free:
+    if not scene.numerics.free:
         return scene
+    if tolerance is None:
+        from .unwritten import first_guess  # which takes what is here
+
+        return first_guess(scene)
     return replace(scene, numerics=replace(Refinement(scene, tolerance).first(), free=Free()))
 
 
 def settled(scene: Scene, say: Callable[[str], None] = lambda text: None) -> Scene:
     """Return a scene in which nothing is left free, chosen by a probe where something was."""
+    if scene.numerics.free and scene.numerics.tolerance is None:
+        from .unwritten import settle_unwritten  # which takes what is here
+
+        return settle_unwritten(scene).scene
     return choose(scene, say=say).scene if scene.numerics.free else scene
 
 

@@ -51,7 +51,7 @@ def initial_state(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Floats]:
     if initial.state == "equilibrium":
         # joints with a given position hold it: what is asked for is the shape around them
         try:
-            q = equilibrium(dynamics, q, efforts=efforts, free=~given)
+            q = equilibrium(dynamics, q, efforts=efforts, free=~given, check=False)
         except StaticsFailed as failure:
             raise _explained(dynamics, failure, given) from None
     return q, v

@@ -36,7 +36,8 @@ from .orders import wrench_frame as wrench_frame  # for those who look for it he
 if TYPE_CHECKING:
     from .simulation import Simulation
 
-MOST_STEPS = int(np.iinfo(np.int64).max)
+_NEVER = int(np.iinfo(np.int64).max)
+MOST_STEPS = _NEVER  # in one call
 _EVER = 4e9  # s: beyond all times that 64 bits of nanoseconds are used for, without overflow
 
 
@@ -207,13 +208,13 @@ class Inputs:
             For how many steps they stay right, at least 1 (a huge number when nothing is due).
         """
         now, n = self.simulation.time_ns, len(self.names)
-        values, steps = self._held, MOST_STEPS
-        if self._timeout_ns and self._oldest != MOST_STEPS:
+        values, steps = self._held, _NEVER
+        if self._timeout_ns and self._oldest != _NEVER:
             left = self._oldest + self._timeout_ns - now
             if left < 0:
                 values = self._held.copy()
                 self._ramp(values, now)
-                steps = 1 if self._oldest != MOST_STEPS else MOST_STEPS
+                steps = 1 if self._oldest != _NEVER else _NEVER
             else:
                 steps = left // self.simulation.step_ns + 1
         if self._changed:
@@ -252,7 +253,7 @@ class Inputs:
             dropped = [name for name, far in zip(self.names, moved, strict=True) if far]
         if dropped:
             self._held[part] = self._safe[part]
-            self._since[part] = MOST_STEPS
+            self._since[part] = _NEVER
             self._late[part] = False
             self._oldest = int(self._since.min())
             self._changed = self._pushed = True
@@ -267,16 +268,16 @@ class Inputs:
 
     def _clear(self) -> None:
         self._held = self._safe.copy()
-        self._since = np.full(self._safe.shape, MOST_STEPS, dtype=np.int64)
-        self._oldest = MOST_STEPS  # the earliest of ``_since``
+        self._since = np.full(self._safe.shape, _NEVER, dtype=np.int64)
+        self._oldest = _NEVER  # the earliest of ``_since``
         self._late: np.ndarray = np.zeros(self._safe.shape, dtype=bool)
         self._frame = WORLD
         self._changed = self._pushed = True  # efforts, wrench
 
     def _ramp(self, values: np.ndarray, now: int) -> None:
         """Move what is past its timeout at ``now`` towards its safe value, and say so once."""
-        due = self._since != MOST_STEPS
-        late = np.where(due, now - np.where(due, self._since, 0) - self._timeout_ns, -MOST_STEPS)
+        due = self._since != _NEVER
+        late = np.where(due, now - np.where(due, self._since, 0) - self._timeout_ns, -_NEVER)
         ramping = late > 0
         fresh = ramping & ~self._late & (self._held != self._safe)
         if fresh.any():
@@ -291,7 +292,7 @@ class Inputs:
         values[part] += (late[part] / max(self._ramp_ns, 1)) * (self._safe - self._held)[part]
         values[over] = self._safe[over]
         self._held[over] = self._safe[over]
-        self._since[over] = MOST_STEPS
+        self._since[over] = _NEVER
         self._oldest = int(self._since.min())
         self._changed = self._pushed = True
 

@@ -66,7 +66,8 @@ def prolongation(coarse: Compiled, fine: Compiled) -> sparse.csr_matrix:
 
 def _prolongation(coarse: Chain, fine: Chain) -> sparse.csr_matrix:
     out = sparse.lil_matrix((len(fine.names), len(coarse.names)))
-    same = [(coarse.columns(name), fine.columns(name)) for name in [*coarse.joints, *coarse.links]]
+    names = [*coarse.joints, *coarse.links]
+    same = [(list(coarse.columns(name)), list(fine.columns(name))) for name in names]
     same += [(rod.pivot, fine.rods[name].pivot) for name, rod in coarse.rods.items()]
     for old, new in same:
         for i, j in zip(new, old, strict=True):

@@ -11,6 +11,7 @@ from ..errors import SolverError
 from ..scene import STRAINS, Free, Numerics, Scene
 from .convergence import NOISE, SAFETY, bound, contraction, distances
 from .drive import Drive, probe
+from .dynamics import Dynamics
 from .model import Floats
 from .refinement import Refinement, words
 from .simulation import Simulation
@@ -189,7 +190,7 @@ class Search:
         return _Trial(poses, top_orders(simulation, largest))
 
 
-def top_orders(simulation: Simulation, largest: Floats) -> dict[tuple[str, str], float]:
+def top_orders(simulation: Simulation | Dynamics, largest: Floats) -> dict[tuple[str, str], float]:
     """Return how far, over the length, the two highest orders of every strain may move the tip.
 
     largest : (n,) the largest size of every coordinate in a run

@@ -282,6 +282,16 @@ class Simulation:
 
         _wholly(push)
 
+    def held(self) -> tuple[Floats, Floats, bool]:
+        """Return the efforts (A,) held now, the wrench (6,) on the tip, and whether it follows it.
+
+        The wrench is along world axes, or along those of the tip if it follows.
+        """
+        held, turn = self._held, self.compiled.base[:3, :3]
+        follows = bool(held.follows[0])
+        wrench = held.tip if follows else (turn @ held.tip.reshape(2, 3).T).T.ravel()
+        return held.effort.copy(), wrench.copy(), follows
+
     def advance(self, steps: int) -> None:
         """Make ``steps`` steps. The GIL is free meanwhile.
 

@@ -11,6 +11,7 @@ from .dynamics import Dynamics
 from .load_steps import Question, unresolved, walk
 from .model import Floats
 from .relaxation import sink
+from .space_error import Forcing, tell_if_coarse
 from .stability import unstable_directions
 
 __all__ = ["equilibrium", "unstable_directions"]
@@ -29,6 +30,7 @@ def equilibrium(
     free: Floats | None = None,
     stable: bool = True,
     thorough: bool = True,
+    check: bool | None = None,
 ) -> Floats:
     """Return q (n,) with r(q, 0, 0) = 0.
 
@@ -44,6 +46,9 @@ def equilibrium(
     stable : whether only stable equilibria will do
     thorough : whether a load path that ends is looked at again, by arc length and with finer
         numerics; that takes some times as long as all the rest
+    check : whether to ask a finer basis how far off the tip is, and to warn; by default, where the
+        scene's author wrote no basis. It costs about as much as the solution, and once per arm the
+        compilation of a finer one: False for loops
 
     Raises
     ------
@@ -52,6 +57,8 @@ def equilibrium(
 
     Warns
     -----
+    NotResolved
+        if basis and nodes are too coarse for this state (``check``, space_error.py)
     UndampedFlutter
         if small swings about the equilibrium grow and the scene has no damping that could decide
         whether they would in an arm that has some (``stable``).
@@ -92,4 +99,6 @@ def equilibrium(
     if end.verdict is not None and end.verdict.unstable:
         flutter = UndampedFlutter(end.verdict.growth, end.verdict.hertz)
         warnings.warn(flutter, stacklevel=2)
+    if check or (check is None and not dynamics.compiled.scene.numerics.space_written):
+        tell_if_coarse(dynamics, end.q, Forcing(*question.forcing(1.0)), mask)
     return end.q

@@ -102,7 +102,9 @@ class Task:
     def at(self, efforts: Floats, q: Floats | None) -> Point:
         """Return the equilibrium near q; raises StaticsFailed if there is none."""
         thorough = q is None  # a start that fails is worth a reason
-        q = equilibrium(self.dynamics, q, efforts=efforts, thorough=thorough, **self.loads)
+        q = equilibrium(
+            self.dynamics, q, efforts=efforts, thorough=thorough, check=False, **self.loads
+        )
         pose = self.dynamics.node_poses(q)[-1]
         parts = []
         if self.position is not None:

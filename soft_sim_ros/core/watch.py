@@ -16,6 +16,7 @@ from .inputs import MOST_STEPS, Inputs
 from .orders import Order
 from .refinement import Refinement
 from .simulation import Simulation
+from .space_watch import LookedInputs, has_space
 
 
 class WatchedInputs(Inputs):
@@ -138,7 +139,9 @@ def inputs_of(
     complain: Callable[[str], None] = lambda text: None,
     bounds: Bounds | None = None,
 ) -> Inputs:
-    """Return inputs that are watched if the scene has a tolerance, plain ones otherwise."""
+    """Return inputs with a companion if the scene has a tolerance, with looks otherwise."""
     if simulation.scene.numerics.tolerance is None:
-        return Inputs(simulation, command_timeout, ramp, bounds)
+        if not has_space(simulation):
+            return Inputs(simulation, command_timeout, ramp, bounds)
+        return LookedInputs(simulation, command_timeout, ramp, complain, bounds=bounds)
     return WatchedInputs(simulation, command_timeout, ramp, complain, bounds)

@@ -9,6 +9,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 
+from soft_sim_ros.core.space_watch import SpaceInputs
 from soft_sim_ros.core.watch import WatchedInputs
 from soft_sim_ros.foreign import one_line
 from soft_sim_ros.node.commands import Gate
@@ -112,6 +113,8 @@ class Diagnostics:
             if inputs.orientation is not None:
                 values["orientation error estimate (rad)"] = inputs.error_rad
                 values["orientation tolerance (rad)"] = inputs.orientation
+        if isinstance(inputs, SpaceInputs):
+            values["error estimate in space (of the length)"] = inputs.space_rel
         rival = self._rivals.look()
         ok, warn, error = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
         if physics.failure:
@@ -124,6 +127,8 @@ class Diagnostics:
             return values, warn, f"recording: {log.dropped} messages dropped"
         if watched and inputs.missed:
             return values, warn, inputs.doubt()
+        if isinstance(inputs, SpaceInputs) and inputs.coarse:
+            return values, warn, inputs.told()
         if withdrawn:
             return values, warn, f"the solver gave up {physics.recovery.said}"
         if rival:

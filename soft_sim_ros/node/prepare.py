@@ -12,6 +12,7 @@ from soft_sim_ros.core.contract import choose, draft
 from soft_sim_ros.core.modes import long_step
 from soft_sim_ros.core.refinement import words
 from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.unwritten import is_unwritten, settle_unwritten
 from soft_sim_ros.node.parameters import Settings
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.scene import Scene
@@ -38,6 +39,11 @@ def simulation_of(scene: Scene, say: Callable[[str], None]) -> Simulation:
     """Make the simulation; say what is chosen where the scene leaves something free."""
     if not scene.numerics.free:
         return Simulation(scene)
+    if is_unwritten(scene):
+        with _patience(say, lambda: "choosing numerics, since none are written"):
+            chosen = settle_unwritten(scene)
+        say(f"numerics chosen, since none are written: {words(chosen.scene.numerics)}")
+        return Simulation(chosen.scene)
     with _patience(say, lambda: "choosing what meets the tolerance"):
         choice = choose(scene, say=say)
     say(f"meets the tolerance in a probe: {words(choice.scene.numerics)}")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from soft_sim_ros import __version__
 from soft_sim_ros.core.inputs import Inputs
+from soft_sim_ros.core.space_watch import SpaceInputs, as_json
 from soft_sim_ros.core.watch import WatchedInputs
 from soft_sim_ros.files import write_whole
 from soft_sim_ros.node.commands import Gate
@@ -43,6 +44,7 @@ def summarise(
         "solver": {key: _plain(v) for key, v in simulation.statistics()._asdict().items()},
         "energy_residual_J": _plain(physics.residual),
         "accuracy": accuracy(physics.inputs),
+        "space": space(physics.inputs),
         "messages_sent": dict(publishers.sent),
         "commands": {
             "accepted": gate.accepted,
@@ -67,6 +69,11 @@ def accuracy(inputs: Inputs) -> dict[str, float | None] | None:
     if not isinstance(inputs, WatchedInputs):
         return None
     return {key: _plain(value) for key, value in inputs.accuracy().items()}
+
+
+def space(inputs: Inputs) -> dict[str, float | None] | None:
+    """Estimate of the tip's error in space and its limit, over the length; null without any."""
+    return as_json(inputs.space()) if isinstance(inputs, SpaceInputs) else None
 
 
 def write_summary(directory: str, summary: dict) -> Path:

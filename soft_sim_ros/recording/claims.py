@@ -200,6 +200,7 @@ def summary(path: Path) -> dict[str, Any]:
         "real_time_factor": _is_number, "overruns": _is_number, "ended_by": _is_text,
         "last_error": _is_text, "recording": _is_mapping, "step_cost": _is_mapping,
         "solver": _is_mapping, "accuracy": _is_mapping, "estimate": _is_mapping,
+        "space": _is_mapping,
     }  # fmt: skip
     fitting = {key: value for key, value in found.items() if kinds.get(key, _anything)(value)}
     return {**fitting, **_parts(fitting)}
@@ -217,13 +218,22 @@ def _parts(found: dict[str, Any]) -> dict[str, Any]:
     recording = found.get("recording")
     if recording is not None and not _is_number(recording.get("dropped")):
         out["recording"] = {key: v for key, v in recording.items() if key != "dropped"}
-    contract = found.get("accuracy")
-    if contract is not None and not (
-        _is_number(contract.get("tolerance"))
-        and (contract.get("error_rel") is None or _is_number(contract["error_rel"]))
+    if found.get("accuracy") is not None and not _has_numbers(
+        found["accuracy"], ("tolerance",), ("error_rel", "error_rad", "orientation_tolerance")
     ):
         out["accuracy"] = None
+    if found.get("space") is not None and not _has_numbers(
+        found["space"], ("limit",), ("error_rel",)
+    ):
+        out["space"] = None
     return out
+
+
+def _has_numbers(found: dict[str, Any], needed: tuple[str, ...], others: tuple[str, ...]) -> bool:
+    """Whether the needed entries are numbers, and others are if they are there."""
+    return all(_is_number(found.get(key)) for key in needed) and all(
+        found.get(key) is None or _is_number(found[key]) for key in others
+    )
 
 
 def _is_bin(one: object) -> bool:

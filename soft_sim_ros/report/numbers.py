@@ -114,6 +114,11 @@ def accuracy_rows(run: Run, summary: Mapping[str, Any]) -> Rows:
         if contract.get("error_rad") is not None:
             rows.append(("Estimated error of its orientation", f"{contract['error_rad']:.2g} rad"))
             rows.append(("Tolerance", f"{contract['orientation_tolerance']:g} rad"))
+    space = summary.get("space")
+    if space and space.get("error_rel") is not None:
+        rows.append(("Estimated error in space", f"{space['error_rel']:.2g} of length"))
+        if space["error_rel"] > space["limit"]:
+            rows.append(("Warning", f"basis or nodes too coarse: beyond {space['limit']:g}"))
     for key, value in list((summary.get("solver") or {}).items())[:_MOST_ROWS]:
         rows.append((f"Solver {short(key)}", _plain(value)))
     return rows

@@ -16,9 +16,7 @@ INTEGRATORS = (
 # a list: soft_sim_ros.core.bases.register makes more of them known
 BASES = ["legendre", "chebyshev", "monomial", "constant", "linear"]
 FIXED_ORDER = {"constant": 0, "linear": 1}
-DEFAULT_ORDER = {
-    "torsion": 1, "bend_y": 3, "bend_z": 3, "stretch": 1, "shear_y": 1, "shear_z": 1,
-}  # fmt: skip
+DEFAULT_ORDER = dict.fromkeys(STRAINS, 3)
 LONGEST_STEP = 1e6  # s: times are counted in 64 bits of nanoseconds
 MAX_ORDER = 50
 MAX_ELEMENTS = 10000
@@ -44,7 +42,7 @@ class Basis:
 
 @dataclass(frozen=True)
 class Free:
-    """What a tolerance leaves to the solver, because the scene does not fix it.
+    """What is left to the solver: by a tolerance, or because no numerics are written at all.
 
     time : whether the error of the integrator's steps
     order, elements, nodes : names of the rods whose orders, elements and nodes
@@ -67,6 +65,8 @@ class Numerics:
     ``tolerance``, of the tip's position over the arm's length, and one of its ``orientation`` in
     rad, what is ``free`` has yet to be chosen (core/contract.py) and stands here with its default;
     ``trust`` is what the distance to a companion is then multiplied by (core/convergence.py).
+    Without any numerics, all is free (core/unwritten.py). ``written`` has the keys that the scene's
+    author wrote.
     ``rods`` has one Basis for every rod, with orders for its active strains only: ``basis`` with
     the overrides of that rod put in.
     """
@@ -82,6 +82,12 @@ class Numerics:
     orientation: float | None = None
     free: Free = Free()
     trust: float | None = field(default=None, compare=False)
+    written: frozenset[str] = frozenset()
+
+    @property
+    def space_written(self) -> bool:
+        """Whether the scene's author chose bases, for all rods or for some."""
+        return bool(self.written & {"basis", "rods"})
 
 
 def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
@@ -98,6 +104,8 @@ def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
     for rod in rods:
         bases[rod.name] = _read_basis(overrides.mapping(rod.name), basis, rod.strains)
     tolerance, orientation = _read_tolerance(reader)
+    written = frozenset(reader.keys())
+    fixed = tolerance is None and written
     return Numerics(
         step=_read_step(reader),
         integrator=reader.choice("integrator", INTEGRATORS, default="sdirk2"),
@@ -108,7 +116,8 @@ def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
         rods=bases,
         tolerance=tolerance,
         orientation=orientation,
-        free=Free() if tolerance is None else _read_free(reader, bases),
+        free=Free() if fixed else _read_free(reader, bases),
+        written=written,
     )
 
 

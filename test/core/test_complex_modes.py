@@ -170,7 +170,7 @@ def test_modes_about_a_drooping_equilibrium_are_those_of_its_free_vibration():
             {"joint": "arm", "kind": "fixed", "offset": {"position": [arm, 0, 0]}},
             {"rigid_body": "bob", "mass": mass},
         ],
-        "numerics": {},
+        "numerics": {"step": 0.002},
     }
     dynamics = Dynamics(scene_of(document))
     q = equilibrium(dynamics, np.array([1.0]))
@@ -190,7 +190,7 @@ def test_what_leaves_its_equilibrium_has_a_negative_frequency():
             {"joint": "arm", "kind": "fixed", "offset": {"position": [arm, 0, 0]}},
             {"rigid_body": "bob", "mass": mass},
         ],
-        "numerics": {},
+        "numerics": {"step": 0.002},
     }
     dynamics = Dynamics(scene_of(document))
     pace = np.sqrt(9.81 / arm)

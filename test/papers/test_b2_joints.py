@@ -13,6 +13,7 @@ from soft_sim_ros.core.simulation import Simulation
 
 CHAIN = {
     "name": "joints",
+    "numerics": {"step": 0.002},
     "gravity": [0.7, -1.3, -9.0],
     "base": {"position": [0.3, -0.2, 1.1], "rpy": [0.4, -0.7, 1.9]},
     "bodies": [

@@ -133,6 +133,7 @@ def test_a_long_mixed_chain_needs_no_matrix():
         bodies += renamed
     dynamics = Dynamics(scene_of({
         "name": "long", "gravity": [0, 0, -9.81], "materials": {"soft": SOFT}, "bodies": bodies,
+        "numerics": {"step": 0.002},
     }))  # fmt: skip
     q, v, _ = state(dynamics, 1) * 0.3
     found = dynamics.forward_dynamics(q, v)
