@@ -86,7 +86,11 @@ class Load:
         if self.ratio > 1.0:
             wide = 2.0 * self.radius * self.ratio
             section = {"shape": "rectangle", "width_y": wide, "width_z": 2.0 * self.radius}
-        material = {"young_modulus": YOUNG, "poisson_ratio": 0.4, "density": DENSITY}
+        material: dict[str, Any] = {
+            "young_modulus": YOUNG,
+            "poisson_ratio": 0.4,
+            "density": DENSITY,
+        }
         body = {
             "rod": "rod",
             "sections": [

@@ -142,17 +142,17 @@ def small_motions(stiffness: Floats, damping: Floats, mass: Floats, scale: Float
     matrix = np.block([[-right[:, :n], -right[:, n:]], [root.T, np.zeros((n, n))]])
     pace = float(np.linalg.norm(matrix, 2)) or 1.0
     found = scipy.linalg.eig(matrix / pace, left=True, right=True, check_finite=False)
-    inverse, left, right_vectors = found
+    inverse, left, right_vectors = (np.asarray(x, dtype=complex) for x in found)
     tiny = EPS * EPS
     inverse = np.where(np.abs(inverse) < tiny, -tiny, inverse)  # no mass: falls back at once
-    values = begin + 1.0 / (pace * inverse)
+    values = np.asarray(begin + 1.0 / (pace * inverse), dtype=complex)
     shapes = right_vectors[:n]
     with np.errstate(divide="ignore", over="ignore"):
         condition = 1.0 / np.abs(np.sum(left.conj() * right_vectors, axis=0))
         doubts = 10.0 * n * EPS * condition / (pace * np.abs(inverse) ** 2)
     y = scipy.linalg.lu_solve(factors, left[:n], trans=2, check_finite=False)
     doubts = doubts + _entries(stiffness, damping, mass, values, shapes, y)
-    return Motions(values, shapes / scale[:, None], doubts)
+    return Motions(values, np.asarray(shapes / scale[:, None], dtype=complex), doubts)
 
 
 def _entries(
@@ -177,7 +177,7 @@ def _root(mass: Floats) -> Floats:
     own = np.abs(np.diag(mass))
     for slack in (0.0, EPS, 1e2 * EPS, 1e4 * EPS, 1e6 * EPS):
         try:
-            return np.linalg.cholesky(mass + slack * len(mass) * np.diag(own))
+            return np.asarray(np.linalg.cholesky(mass + slack * len(mass) * np.diag(own)))
         except np.linalg.LinAlgError:
             continue
     values, vectors = np.linalg.eigh(mass)

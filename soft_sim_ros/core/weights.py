@@ -53,8 +53,8 @@ def weights(chain: Chain, length: float) -> Floats:
                 out[first : first + count] += amount
         for element in rod_map.elements:
             for _, first, count in element.columns:
-                own = out[first : first + count]
-                np.maximum(own, LEAST * (own.max() or 1.0), out=own)
+                part = slice(first, first + count)
+                out[part] = np.maximum(out[part], LEAST * (out[part].max() or 1.0))
     return out
 
 

@@ -1,4 +1,4 @@
-"""How far a unit of a coordinate moves the tip: known for any function, sampled by no zeros of it."""
+"""How far a unit of a coordinate moves the tip: known for any function, whatever its zeros."""
 
 import numpy as np
 import pytest
