@@ -16,7 +16,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 # A guard of ROS wheels in another environment would keep those of this one from starting up.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: help run test check test-oldest env warm lint format bench contract stress skip guard realtime clean
+.PHONY: help run test check test-oldest env warm warm-tests lint format bench contract stress skip guard realtime clean
 
 help:
 	@echo "make run     simulate, drive, record and replay the default arm: see runs/latest"
@@ -49,11 +49,14 @@ format: env
 	@$(IN_ENV) -m ruff check --fix .
 	@$(IN_ENV) -m ruff format .
 
-# warm first: workers would compile the same kernels side by side
-test: lint warm
+# first: workers would compile the same kernels side by side
+warm-tests: env
+	@$(IN_ENV) tools/warm_up.py --tests
+
+test: lint warm-tests
 	@$(IN_ENV) -m pytest -n $(WORKERS)
 
-check: lint warm
+check: lint warm-tests
 	@$(IN_ENV) -m pytest -n $(WORKERS) -m "not slow" \
 		test/core test/scene test/recording test/report \
 		test/package/test_metadata.py test/package/test_suite.py test/package/test_oldest.py
@@ -63,7 +66,7 @@ test-oldest: export NUMBA_CACHE_DIR := $(abspath $(OLDEST))/kernels
 test-oldest: export PYTHONPATH := $(CURDIR)
 test-oldest:
 	@$(PYTHON) tools/oldest.py "$(OLDEST)" $(OLD)
-	@$(OLDEST)/bin/python tools/warm_up.py
+	@$(OLDEST)/bin/python tools/warm_up.py --tests
 	@$(OLDEST)/bin/python -m pytest -n $(WORKERS) -m "not slow" \
 		test/core test/scene test/recording test/report test/commands \
 		test/papers/test_b3_floating_frame.py

@@ -1,7 +1,27 @@
-"""Compile every kernel that the packaged scenes need; later starts find them on disk."""
+"""Compile every kernel that the packaged scenes need; later starts find them on disk.
+
+With ``--tests`` those of every integrator too: workers that share the tests would otherwise compile
+the same ones side by side.
+"""
+
+import sys
 
 from soft_sim_ros.commands.warm_up import warm_up
-from soft_sim_ros.scene import load_scene, packaged_scenes
+from soft_sim_ros.scene import INTEGRATORS, Scene, load_scene, packaged_scenes, parse_scene
+from soft_sim_ros.scene.put import edited
 
-for name in packaged_scenes():
-    warm_up(load_scene(name))
+
+def with_integrator(name: str, integrator: str) -> Scene:
+    """Return a packaged scene with another integrator."""
+    scene = load_scene(name)
+    return parse_scene(
+        edited(scene.source, scene.file, {"numerics.integrator": integrator}), scene.file
+    )
+
+
+if __name__ == "__main__":
+    for name in packaged_scenes():
+        warm_up(load_scene(name))
+    if "--tests" in sys.argv[1:]:
+        for integrator in INTEGRATORS:
+            warm_up(with_integrator("cantilever", integrator))
