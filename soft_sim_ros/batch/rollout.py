@@ -114,6 +114,7 @@ class Rollout:
         self._seconds = 0.0
         self._ended_by = "interrupted"
         self.no_summary: str | None = None  # why there is none
+        self._open = True
         facts = {
             "node": NODE,
             "command_timeout": "0.0",
@@ -125,10 +126,14 @@ class Rollout:
         }
         source = self.simulation.scene.source.encode()
         topics, attachments = recorded_topics(NODE), {"scene.yaml": source}
-        with undisturbed():
-            self._writer = BagWriter(
-                self.directory, topics, metadata=facts, attachments=attachments
-            )
+        try:
+            with undisturbed():
+                self._writer = BagWriter(
+                    self.directory, topics, metadata=facts, attachments=attachments
+                )
+        except KeyboardInterrupt as ending:
+            self.close(ending)
+            raise
 
     def run(self, duration: float, progress: Callable[[float], None] = lambda t: None) -> dict:
         """Simulate ``duration`` s and close the recording, which stays valid whatever happens.
@@ -160,20 +165,28 @@ class Rollout:
             raise
         finally:
             self._seconds = time.perf_counter() - begin
-            with undisturbed():
-                summary = self._close()
-        return summary
+            self.close()
+        return self.summary()
 
-    def _close(self) -> dict[str, Any]:
-        """Close the recording and write the summary beside it, if the disk takes it."""
-        self._writer.close()
-        summary = self.summary()
-        text = json.dumps(summary, indent=2, allow_nan=False)
-        try:
-            write_whole(self.directory / "summary.json", text + "\n")
-        except OSError as error:
-            self.no_summary = f"{self.directory / 'summary.json'}: {error.strerror}"
-        return summary
+    def close(self, ending: BaseException | None = None) -> None:
+        """Close the recording and write the summary beside it, if the disk takes it; once.
+
+        Parameters
+        ----------
+        ending : what has ended the run before it began
+        """
+        with undisturbed():
+            if not self._open:
+                return
+            self._open = False
+            if ending is not None:
+                self._ended_by = str(ending) or self._ended_by
+            self._writer.close()
+            text = json.dumps(self.summary(), indent=2, allow_nan=False)
+            try:
+                write_whole(self.directory / "summary.json", text + "\n")
+            except OSError as error:
+                self.no_summary = f"{self.directory / 'summary.json'}: {error.strerror}"
 
     def _inputs_of(self, space: bool, duration: float | None) -> Inputs:
         simulation = self.simulation

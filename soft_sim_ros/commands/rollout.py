@@ -8,6 +8,7 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -68,10 +69,6 @@ def _one(run: Run, out: Path) -> int:
         say=line.show,
     )
     line.clear()
-    simulation = rollout.simulation
-    long = long_step(simulation.dynamics, simulation.q, simulation.scene.numerics)
-    if long:
-        warnings.warn(long, stacklevel=2)
     begin = time.monotonic()
 
     def progress(now: float) -> None:
@@ -79,9 +76,17 @@ def _one(run: Run, out: Path) -> int:
         line.show(f"t = {now:.2f} of {run.duration:g} s, {speed:.3g} x real time")
 
     try:
+        simulation = rollout.simulation
+        doubt = long_step(simulation.dynamics, simulation.q, simulation.scene.numerics)
+        if doubt:
+            warnings.warn(doubt, stacklevel=2)
         summary = rollout.run(run.duration, progress)
-    finally:
+    except BaseException as ending:
+        rollout.close(ending)
         line.clear()
+        _losses(rollout)
+        raise
+    line.clear()
     kept, residual = summary["recording"], summary["energy_residual_J"]
     print(
         f"{summary['scene']}: {summary['simulated_s']:.6g} s in {summary['running_s']:.3g} s, "
@@ -108,14 +113,21 @@ def _one(run: Run, out: Path) -> int:
     if doubt := rollout.doubt():
         warnings.warn(doubt, stacklevel=2)
     print(f"{kept['recorded']} messages recorded in {kept['directory']}")
-    lost = kept["dropped"] or kept["error"]
-    if lost:
-        print(f"error: {kept['dropped']} messages lost: {kept['error']}")
-    if not kept["complete"] and kept["recorded"]:
-        print("the recording lacks its end: `recover` makes a clean one of what is there")
-    if rollout.no_summary:
-        print(f"error: no summary: {rollout.no_summary}")
-    return FAILED if lost or rollout.no_summary else DONE
+    return FAILED if _losses(rollout) else DONE
+
+
+def _losses(rollout: Rollout) -> bool:
+    """Say what of a run did not reach the disk, and tell whether there is any such thing."""
+    kept = rollout.summary()["recording"]
+    lost = bool(kept["dropped"] or kept["error"])
+    with suppress(OSError):  # the terminal may be gone
+        if lost:
+            print(f"error: {kept['dropped']} messages lost: {kept['error']}")
+        if not kept["complete"] and kept["recorded"]:
+            print("the recording lacks its end: `recover` makes a clean one of what is there")
+        if rollout.no_summary:
+            print(f"error: no summary: {rollout.no_summary}")
+    return lost or rollout.no_summary is not None
 
 
 def _batch(runs: list[Run], options: argparse.Namespace) -> int:

@@ -60,8 +60,9 @@ def find_files(path: str | Path) -> list[Path]:
 
 def convert(path: Path) -> str:
     """Say how ROS makes an MCAP recording of a bag in another storage."""
-    out = (path.parent if path.suffix == ".db3" else path.resolve()).name + "_mcap"
-    options = _OPTIONS.format(uri=out)
+    if path.suffix == ".db3" and (path.parent / FILE_NAME).exists():
+        path = path.parent
+    options = _OPTIONS.format(uri=path.resolve().stem + "_mcap")
     return (
         f"convert it first: echo {quote(options)} > convert.yaml && "
         f"ros2 bag convert -i {quote(str(path))} -o convert.yaml"

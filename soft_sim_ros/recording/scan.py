@@ -113,16 +113,23 @@ def _scan_file(stream: BinaryIO, size: int, found: Scan, take: Take, budget: Bud
     parser = _Parser(found, take, budget)
     crc, before = zlib.crc32(MAGIC), found.damaged
     without_magic = 0  # some leave it out of the checksum
+    over = False
     for opcode, head, body in _records(stream, size):
         budget.add(len(head) + len(body or b""))
-        if opcode == Opcode.DATA_END and found.damaged == before and body is not None:
-            # what no checksum of a chunk covers, such as the facts of the run
-            parser.check(body, (crc, without_magic))
+        if over:
+            continue  # a summary for readers that begin at the end: it repeats what was there
+        over = opcode == Opcode.DATA_END
         if body is None:
             found.damaged += 1
-            continue
-        crc, without_magic = (zlib.crc32(body, zlib.crc32(head, c)) for c in (crc, without_magic))
-        parser.one(opcode, body)
+        elif not over:
+            crc, without_magic = (
+                zlib.crc32(body, zlib.crc32(head, c)) for c in (crc, without_magic)
+            )
+            parser.one(opcode, body)
+        elif found.damaged == before:
+            # what no checksum of a chunk covers, such as the facts of the run
+            parser.check(body, (crc, without_magic))
+    found.damaged += not over
 
 
 def _records(stream: BinaryIO, size: int) -> Iterator[tuple[int, bytes, bytes | None]]:
@@ -138,6 +145,8 @@ def _records(stream: BinaryIO, size: int) -> Iterator[tuple[int, bytes, bytes | 
         if opcode == 0 or length > size - stream.tell():
             raise _Torn  # a record cut short, or bytes that are no record
         if opcode == Opcode.FOOTER:
+            if size - stream.tell() != length + len(MAGIC) or stream.read()[length:] != MAGIC:
+                raise _Torn  # not the end, so no footer
             return
         if length > MOST_RECORD:
             stream.seek(length, 1)

@@ -38,7 +38,8 @@ def tip_path(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 def fastest(time: NDArray[np.float64], position: NDArray[np.float64]) -> float:
     """Give the largest speed between two instants that differ, m/s; NaN without any."""
     moved = np.diff(time) > 0.0
-    steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    with np.errstate(invalid="ignore", over="ignore"):
+        steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
     return float((steps[moved] / np.diff(time)[moved]).max(initial=0.0)) if moved.any() else np.nan
 
 
@@ -60,8 +61,9 @@ def motion_rows(run: Run) -> Rows:
     ]
     time, position = tip_path(run)
     if len(time) > 1:
-        steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
-        extent = np.ptp(position, axis=0)
+        with np.errstate(invalid="ignore", over="ignore"):
+            steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+            extent = np.ptp(position, axis=0)
         rows += [
             ("Path of the tip", f"{steps.sum():.4g} m"),
             ("Room taken by the tip", " × ".join(f"{e:.3g}" for e in extent) + " m"),
