@@ -74,7 +74,9 @@ def _numbers(array: np.ndarray) -> list[Any]:
     return entries
 
 
-def number(name: str, value: object, low: float = -np.inf, expected: str = "finite number") -> float:
+def number(
+    name: str, value: object, low: float = -np.inf, expected: str = "finite number"
+) -> float:
     """Return an argument as one finite number, at least ``low``.
 
     Raises

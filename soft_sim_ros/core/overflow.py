@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import SceneError
+from ..scene import Scene
+from .model import Floats
 
 if TYPE_CHECKING:
     from .compile import Compiled
@@ -52,3 +54,18 @@ def refuse_overflow(compiled: Compiled) -> None:
             wrong = float(array[~np.isfinite(array)][0])
             expected = f"numbers of more usual size: {what}, made of them, is {wrong}"
             raise SceneError(compiled.scene.file, key, compiled.scene.name, expected)
+
+
+def refuse_energy(scene: Scene, ledger: Floats) -> None:
+    """Refuse a scene that begins with energies (7,) in J that are no numbers.
+
+    Raises
+    ------
+    SceneError
+        which says what they are
+    """
+    if not np.isfinite(ledger).all():
+        kinetic, elastic, gravity = ledger[:3].tolist()
+        energies = f"kinetic {kinetic:g} J, elastic {elastic:g} J, of the weight {gravity:g} J"
+        expected = f"numbers of more usual size: the energies that it begins with are {energies}"
+        raise SceneError(scene.file, "initial", scene.name, expected)

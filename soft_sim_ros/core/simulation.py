@@ -39,6 +39,7 @@ from .kernels.problem import (
     new_work,
 )
 from .model import Floats, in_its_plane
+from .overflow import refuse_energy
 from .sampler import Sampler
 
 LEDGER = (
@@ -101,6 +102,7 @@ class Simulation:
         self._start = initial_state(self.dynamics, self._efforts)
         check_mass(self.dynamics, self._start[0])
         self.reset()
+        refuse_energy(self.scene, self.ledger())
 
     def _build(self, dynamics: Dynamics, prune: bool) -> None:
         """Make everything but the state."""
@@ -268,6 +270,8 @@ class Simulation:
             raise BadArgument("frame", frame, "'world' or 'tip'")
         follows = frame == "tip"
         local = wrench if follows else self.dynamics.to_base(wrench)
+        if not np.isfinite(local).all():  # turned, it is beyond all numbers
+            raise BadArgument("wrench", wrench, "6 finite numbers, also along the axes of the base")
         held = self._held
         if follows == held.follows[0] and np.array_equal(local, held.tip):
             return

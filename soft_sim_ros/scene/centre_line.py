@@ -44,7 +44,9 @@ def read_centre_line(
         reader.refuse(f"at least {LEAST} points, each apart from the one before", key)
     straight = float(steps.sum())  # no curve through the points is shorter
     if straight > length * (1.0 + AGREEMENT):
-        expected = f"points on a curve as long as the section, {length:g} m (at least {straight:g} m)"
+        expected = (
+            f"points on a curve as long as the section, {length:g} m (at least {straight:g} m)"
+        )
         reader.refuse(expected, key)
     chord = np.concatenate([[0.0], np.cumsum(steps)])
     spline = scipy.interpolate.make_interp_spline(chord, points, k=5 if len(points) > 5 else 3)

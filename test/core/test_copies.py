@@ -165,7 +165,9 @@ def test_copies_of_dynamics_have_scratch_of_their_own():
 
 
 def test_steps_of_a_discrete_gradient_can_be_copied_too():
-    motion = DiscreteGradient(scene_of(rod_document(strains=["bend_y"], order=1, gravity=(0, 0, -1))))
+    motion = DiscreteGradient(
+        scene_of(rod_document(strains=["bend_y"], order=1, gravity=(0, 0, -1)))
+    )
     motion.step(0.01)
     copies = [way(motion) for way in (WAYS["deepcopy"], WAYS["pickle"])]
     motion.step(0.01)
