@@ -26,7 +26,8 @@ SOMETIMES = ["0", "-0.0", "1e-320", "1e-300", "1e-160", "1e-70", "1e-30", "1e-12
              "0." + 400 * "0" + "1"]  # fmt: skip
 FORMULAS = ["1/s", "log(s)", "s**-1", "1e308*10", DIGITS, "1e300**s", "0/0", "exp(1000*s)", "-s",
             "s-s", "sin(1/s)", 60 * "(" + "s" + 60 * ")", "9**9**9**9", "s*1e-320", "1e-320",
-            "1e160", "True", "1j", "s.__class__", "lambda: 0", "", "10**10**10", "tan(pi/2)", "1e-70",
+            "1e160", "True", "1j", "s.__class__", "lambda: 0", "", "10**10**10", "tan(pi/2)",
+            "1e-70",
             "1e80*s + 1e-9", 100 * "-" + "s", "s if s else s"]  # fmt: skip
 LONGEST = 10.0  # s of this process
 
@@ -126,7 +127,7 @@ def test_what_is_a_number_nowhere_is_refused_where_it_stands(name):
 @pytest.mark.parametrize("name", DOCUMENTS)
 def test_numbers_of_any_size_make_a_model_or_an_error(name):
     for place in places(DOCUMENTS[name]):
-        for text in spread(SOMETIMES, name, place, 2):
+        for text in spread(SOMETIMES, name, place, 1):
             judged(written(DOCUMENTS[name], place, text), (place, text), 0)
 
 

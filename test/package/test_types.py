@@ -34,7 +34,7 @@ EXPECTED = {
     9: ARRAY,
     10: 'float"',
     11: 'Simulation"',
-    12: '.reader.',
+    12: ".reader.",
     13: 'Argument 1 to "advance" of "Simulation" has incompatible type "str"',
     14: 'Module "soft_sim_ros" has no attribute "Simulator"',
 }
