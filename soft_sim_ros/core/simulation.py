@@ -73,8 +73,7 @@ class Simulation(Twins):
     Notes
     -----
     The motion is a pure function of the scene and of the calls made, in steps: how steps are
-    grouped into
-    ``advance`` calls does not change a bit of it.
+    grouped into ``advance`` calls does not change a bit of it.
     """
 
     def __init__(self, scene: Scene, prune: bool = True) -> None:

@@ -21,7 +21,7 @@ from soft_sim_ros.scene.reader import Reader
 DIGITS = "9" * 450
 # what is a number nowhere
 NEVER = ["true", "text", "'1'", ".nan", "null", "[]", "{}"]
-SOMETIMES = ["0", "-0.0", "1e-320", "1e-300", "1e-160", "1e-70", "1e-30", "1e-12", "-1", "1e4",
+SOMETIMES = ["0", "-0.0", "1e-320", "1e-300", "1e-160", "1e-70", "1e-30", "1e-12", "-1", "1e5",
              "1e10", "1e16", "1e29", "1e80", "1e155", "1.7e308", "-1e308", ".inf", "-.inf", DIGITS,
              "0." + 400 * "0" + "1"]  # fmt: skip
 FORMULAS = ["1/s", "log(s)", "s**-1", "1e308*10", DIGITS, "1e300**s", "0/0", "exp(1000*s)", "-s",
