@@ -169,8 +169,10 @@ class Inputs:
         """Hold the values of ``order`` from the next `update` on; its timeout starts now."""
         now = self.simulation.time_ns
         # first what makes the next `update` look: an interrupt may come anywhere
-        self._changed = self._changed or order.frame is None
-        self._pushed = self._pushed or order.frame is not None
+        if order.frame is None:
+            self._changed = True
+        else:
+            self._pushed = True
         self._held[order.channels] = order.values
         self._since[order.channels] = now
         self._late[order.channels] = False

@@ -7,10 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import SceneError
+from ..scene import Scene
+from ..scene.numerics import LONGEST_STEP
+from .model import Floats
 
 if TYPE_CHECKING:
     from .compile import Compiled
 
+LATEST = 2**63 - 1  # ns: times are signed 64-bit numbers
 # array of the model or of the loads → what it is, and the key of the scene that it comes from
 SOURCES = {
     "half": ("the length of a segment", "bodies"),
@@ -52,3 +56,33 @@ def refuse_overflow(compiled: Compiled) -> None:
             wrong = float(array[~np.isfinite(array)][0])
             expected = f"numbers of more usual size: {what}, made of them, is {wrong}"
             raise SceneError(compiled.scene.file, key, compiled.scene.name, expected)
+
+
+def refuse_energy(scene: Scene, ledger: Floats) -> None:
+    """Refuse a scene that begins with energies (7,) in J that are no numbers.
+
+    Raises
+    ------
+    SceneError
+        which says what they are
+    """
+    if not np.isfinite(ledger).all():
+        kinetic, elastic, gravity = ledger[:3].tolist()
+        energies = f"kinetic {kinetic:g} J, elastic {elastic:g} J, of the weight {gravity:g} J"
+        expected = f"numbers of more usual size: the energies that it begins with are {energies}"
+        raise SceneError(scene.file, "initial", scene.name, expected)
+
+
+def whole_nanoseconds(scene: Scene) -> int:
+    """Return the step of a scene in ns: it may have been made by hand.
+
+    Raises
+    ------
+    SceneError
+        if it is none, or longer than LONGEST_STEP
+    """
+    step = scene.numerics.step
+    if not 0.5e-9 < step <= LONGEST_STEP:
+        expected = f"a time in s that is a whole number of nanoseconds, at most {LONGEST_STEP:g}"
+        raise SceneError(scene.file, "numerics.step", step, expected)
+    return round(step * 1e9)

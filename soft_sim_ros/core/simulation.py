@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..errors import BadArgument, Diverged, SceneError
+from ..errors import BadArgument, Diverged
 from ..scene import Scene
-from ..scene.numerics import LONGEST_STEP
 from .arrays import vector, whole
-from .copying import arrays_of, pour, take_rest
+from .copying import arrays_of
 from .dynamics import Dynamics
 from .initial import check_mass, initial_state
 from .integrators import method_of
+from .interrupts import next_pace, wholly
 from .kernels.entry import Entry
 from .kernels.newton import REASONS
 from .kernels.problem import (
@@ -39,7 +38,10 @@ from .kernels.problem import (
     new_work,
 )
 from .model import Floats, in_its_plane
+from .overflow import LATEST, refuse_energy, whole_nanoseconds
 from .sampler import Sampler
+from .statistics import Statistics
+from .twins import Twins
 
 LEDGER = (
     "kinetic",
@@ -51,31 +53,10 @@ LEDGER = (
     "residual",
 )
 
-LATEST = 2**63 - 1  # ns: times are signed 64-bit numbers
-SLICE = 0.02  # s that kernels take, about, before Python looks for interrupts
 MOST_POSES = 100_000
 
 
-class Statistics(NamedTuple):
-    """Counters since construction.
-
-    steps : steps of the method: those of the grid or pieces of them, or its own
-    evaluations : of the residual (nfev elsewhere)
-    factorisations : of the Newton matrix, each after a tangent (njev, nlu)
-    iterations : of Newton's method
-    refused : steps that failed and were tried again smaller
-    rejected : steps of the adaptive method whose error was too large
-    """
-
-    steps: int
-    evaluations: int
-    factorisations: int
-    iterations: int
-    refused: int
-    rejected: int
-
-
-class Simulation:
+class Simulation(Twins):
     """A soft arm in motion.
 
     Parameters
@@ -92,8 +73,7 @@ class Simulation:
     Notes
     -----
     The motion is a pure function of the scene and of the calls made, in steps: how steps are
-    grouped into
-    ``advance`` calls does not change a bit of it.
+    grouped into ``advance`` calls does not change a bit of it.
     """
 
     def __init__(self, scene: Scene, prune: bool = True) -> None:
@@ -101,6 +81,7 @@ class Simulation:
         self._start = initial_state(self.dynamics, self._efforts)
         check_mass(self.dynamics, self._start[0])
         self.reset()
+        refuse_energy(self.scene, self.ledger())
 
     def _build(self, dynamics: Dynamics, prune: bool) -> None:
         """Make everything but the state."""
@@ -149,42 +130,12 @@ class Simulation:
             calls=np.zeros(5, dtype=np.int64),
         )
         self._entry = Entry(self._problem, self.dynamics.calls())
-
-    # A copy, shallow or deep, and what is unpickled are simulations of their own in the same state,
-    # solver's memory and ledger included: they go on with the same bits. Scene and model are
-    # immutable and shared, but not by pickles.
+        self._own = frozenset(vars(self)) | {"_own", "_start"}
 
     @property
     def _moving(self) -> tuple[Any, ...]:
         """All arrays that a step or a command may change."""
         return self._work, self._state, self._held, self._problem.data
-
-    def __copy__(self) -> Simulation:
-        return self._twin(None)
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Simulation:
-        return self._twin(memo)
-
-    def _twin(self, memo: dict[int, Any] | None) -> Simulation:
-        new = object.__new__(type(self))
-        if memo is not None:
-            memo[id(self)] = new
-        new._build(Dynamics(self.compiled), self._prune)
-        new._start = self._start
-        pour("a Simulation", list(arrays_of(self._moving)), new._moving)
-        take_rest(new, self, memo)
-        return new
-
-    def __getstate__(self) -> tuple[Any, ...]:
-        own = self.__dict__.keys() - _OWN
-        rest = {name: self.__dict__[name] for name in sorted(own)}
-        return self.compiled, self._prune, self._start, list(arrays_of(self._moving)), rest
-
-    def __setstate__(self, state: tuple[Any, ...]) -> None:
-        compiled, prune, self._start, arrays, rest = state
-        self._build(Dynamics(compiled), prune)
-        pour("a Simulation", arrays, self._moving)
-        self.__dict__.update(rest)
 
     @property
     def step_index(self) -> int:
@@ -218,7 +169,7 @@ class Simulation:
             self._held.follows[:] = 0
             self._forget()
 
-        _wholly(begin)
+        wholly(begin)
 
     def _place(self, q: Floats, v: Floats) -> None:
         """Set coordinates and rates; dashpots are where nothing pulls at them, and rest."""
@@ -254,7 +205,7 @@ class Simulation:
             self._place(q, v)
             self._forget()
 
-        _wholly(begin)
+        wholly(begin)
 
     def set_efforts(self, efforts: Floats) -> None:
         """Hold efforts (A,) in scene order, in N·m, N or Pa (lengths in m), from now on."""
@@ -272,6 +223,8 @@ class Simulation:
             raise BadArgument("frame", frame, "'world' or 'tip'")
         follows = frame == "tip"
         local = wrench if follows else self.dynamics.to_base(wrench)
+        if not np.isfinite(local).all():  # turned, it is beyond all numbers
+            raise BadArgument("wrench", wrench, "6 finite numbers, also along the axes of the base")
         held = self._held
         if follows == held.follows[0] and np.array_equal(local, held.tip):
             return
@@ -280,7 +233,7 @@ class Simulation:
             held.tip[:], held.follows[0] = local, follows
             self._work.restart[0] = 1
 
-        _wholly(push)
+        wholly(push)
 
     def held(self) -> tuple[Floats, Floats, bool]:
         """Return the efforts (A,) held now, the wrench (6,) on the tip, and whether it follows it.
@@ -318,11 +271,7 @@ class Simulation:
             if index >= last:
                 return
             # how steps are grouped changes no bit, so it may depend on how fast this machine is
-            spent = time.perf_counter() - begin
-            if spent < 0.5 * SLICE:
-                self._pace *= 2
-            elif spent > SLICE:
-                self._pace = max(1, self._pace // 2)
+            self._pace = next_pace(self._pace, time.perf_counter() - begin)
 
     def ports(self) -> tuple[Floats, Floats, Floats]:
         """Return position, velocity and effort (A,) of the actuator ports.
@@ -373,38 +322,3 @@ class Simulation:
         """
         poses = whole("poses", poses, 1, MOST_POSES)
         return Sampler(self.compiled, self.q, np.linspace(0.0, self.length, poses), of=self)
-
-
-# The attributes of a Simulation by itself: whatever else a subclass or a user adds is copied too.
-_OWN = frozenset(
-    "dynamics _prune compiled scene model coordinate_names actuator_names n_coordinates n_actuators"
-    " length step_ns _most_steps _pace _work _state _q _v q v _efforts _held _problem _entry"
-    " _start".split()
-)
-
-
-def _wholly(change: Callable[[], None]) -> None:
-    """Make a change of several arrays, one that can be made twice, wholly or not at all.
-
-    An interrupt in its middle is handed on when it is made.
-    """
-    try:
-        change()
-    except BaseException:
-        change()
-        raise
-
-
-def whole_nanoseconds(scene: Scene) -> int:
-    """Return the step of a scene in ns.
-
-    Raises
-    ------
-    SceneError
-        if it is none, or longer than LONGEST_STEP
-    """
-    step = scene.numerics.step
-    if not 0.5e-9 < step <= LONGEST_STEP:
-        expected = f"a time in s that is a whole number of nanoseconds, at most {LONGEST_STEP:g}"
-        raise SceneError(scene.file, "numerics.step", step, expected)
-    return round(step * 1e9)

@@ -80,7 +80,26 @@ def _set_stamp(stamp: NDArray[Any], time_ns: int) -> None:
     stamp[0], stamp[1] = divmod(time_ns, _SECOND)
 
 
-class PoseArrayBuffer:
+class _Buffer:
+    """A message laid out once. Its parts are views of its bytes, so a copy is laid out anew."""
+
+    def __new__(cls, *arguments: Any, **named: Any) -> Any:
+        """Note how it is laid out."""
+        new = super().__new__(cls)
+        new._laid_out = arguments, named
+        return new
+
+    _laid_out: tuple[tuple[Any, ...], dict[str, Any]]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _laid_out_anew, (type(self), *self._laid_out)
+
+
+def _laid_out_anew(kind: type, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+    return kind(*arguments, **named)
+
+
+class PoseArrayBuffer(_Buffer):
     """``geometry_msgs/PoseArray`` with a fixed frame and number of poses.
 
     Parameters
@@ -101,7 +120,7 @@ class PoseArrayBuffer:
         return self._message.tobytes()
 
 
-class JointStateBuffer:
+class JointStateBuffer(_Buffer):
     """``sensor_msgs/JointState`` with fixed names; any of the three sequences may be left empty.
 
     Parameters
@@ -143,7 +162,7 @@ class JointStateBuffer:
         return self._message.tobytes()
 
 
-class Float64MultiArrayBuffer:
+class Float64MultiArrayBuffer(_Buffer):
     """``std_msgs/Float64MultiArray`` of one dimension; the label is where names can be written.
 
     Parameters
@@ -167,7 +186,7 @@ class Float64MultiArrayBuffer:
         return self._message.tobytes()
 
 
-class PoseStampedBuffer:
+class PoseStampedBuffer(_Buffer):
     """``geometry_msgs/PoseStamped`` in a fixed frame."""
 
     def __init__(self, frame_id: str) -> None:
@@ -180,7 +199,7 @@ class PoseStampedBuffer:
         return self._message.tobytes()
 
 
-class WrenchStampedBuffer:
+class WrenchStampedBuffer(_Buffer):
     """``geometry_msgs/WrenchStamped`` in a fixed frame."""
 
     def __init__(self, frame_id: str) -> None:
@@ -198,7 +217,7 @@ class WrenchStampedBuffer:
         return self._message.tobytes()
 
 
-class ClockBuffer:
+class ClockBuffer(_Buffer):
     """``rosgraph_msgs/Clock``."""
 
     def __init__(self) -> None:

@@ -55,9 +55,10 @@ def _value(node: ast.expr, s: Floats, depth: int) -> Any:
     """Return the value of a node; everything is a floating-point number, so powers stay small."""
     if depth > DEEPEST:
         raise ExpressionError("fewer parentheses")
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+    number = node.value if isinstance(node, ast.Constant) else None
+    if isinstance(number, int | float) and not isinstance(number, bool):
         try:
-            return np.float64(node.value)
+            return np.float64(number)
         except OverflowError:
             raise ExpressionError("numbers below 1.8e308, all of them") from None
     if isinstance(node, ast.Name) and node.id in ("s", "pi"):

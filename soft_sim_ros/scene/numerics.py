@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from soft_sim_ros.scene.body import Body, Rod
-from soft_sim_ros.scene.interval import Interval
+from soft_sim_ros.scene.interval import POSITIVE, Interval
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.strains import STRAINS
 
@@ -154,7 +154,9 @@ def _read_newton_tolerance(reader: Reader) -> float | None:
 
 
 def _read_step(reader: Reader) -> float:
-    step = reader.number("step", Interval(0.0, LONGEST_STEP, False, True), default=0.002)
+    step = reader.number("step", POSITIVE, default=0.002)
+    if step > LONGEST_STEP:
+        reader.refuse(f"a number in (0, {LONGEST_STEP:g}]", "step")
     nanoseconds = step * 1e9
     # Time is counted in whole nanoseconds, as ROS counts it; anything else would drift. What is
     # long is a whole number but for round-off.

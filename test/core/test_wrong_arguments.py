@@ -11,9 +11,10 @@ from soft_sim_ros.core import se3
 from soft_sim_ros.core.discrete_gradient import DiscreteGradient
 from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.inputs import Inputs
+from soft_sim_ros.core.overflow import LATEST
 from soft_sim_ros.core.port_hamiltonian import PortHamiltonian
 from soft_sim_ros.core.sampler import Sampler
-from soft_sim_ros.core.simulation import LATEST, Simulation
+from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.errors import BadArgument, CommandError, SceneError
 
 ACTUATORS = 2

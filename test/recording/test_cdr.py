@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -225,3 +228,22 @@ def test_rclpy_writes_the_same_bytes_and_reads_them_back(frame: str) -> None:
         assert [o.x, o.y, o.z, o.w] == put[3:].tolist()
     joints = serialization.deserialize_message(ours[JointState][1], JointState)
     assert joints.name == names and len(joints.effort) == 0 and len(joints.velocity) == 2
+
+
+@pytest.mark.parametrize("way", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
+@pytest.mark.parametrize(
+    ("kind", "layout", "values"),
+    [
+        (cdr.PoseArrayBuffer, ("base", 2), (7, np.arange(14.0).reshape(2, 7))),
+        (cdr.JointStateBuffer, (("a", "b"),), (7, [1.0, 2.0], [3.0, 4.0], [5.0, 6.0])),
+        (cdr.Float64MultiArrayBuffer, (2, "x"), ([1.0, 2.0],)),
+        (cdr.PoseStampedBuffer, ("base",), (7, np.arange(7.0))),
+        (cdr.WrenchStampedBuffer, ("base",), (7, np.arange(6.0))),
+        (cdr.ClockBuffer, (), (7,)),
+    ],
+)
+def test_a_copy_of_a_buffer_is_filled_as_the_original_and_by_itself(way, kind, layout, values):
+    buffer = kind(*layout)
+    empty, other = buffer._message.tobytes(), way(buffer)
+    assert other.fill(*values) == kind(*layout).fill(*values) != empty
+    assert buffer._message.tobytes() == empty

@@ -222,8 +222,8 @@ MISTAKES = [
     (
         "radius: [0.03, 0.02]",
         "radius: 1e-90",
-        "18: bodies[1].sections[0].cross_section = {shape: circle, radius: 1e-90}: "
-        "expected a torsion stiffness > 0 and finite, it is 0",
+        "18: bodies[1].sections[0].cross_section.radius = 1e-90: "
+        "expected a number > 0, at least 1e-60",
     ),
     (
         "inner: 0.01",
