@@ -1,7 +1,8 @@
 """Exudyn, run in its own environment: two undamped benchmarks of Simo and Vu-Quoc.
 
-Reads {"which", "elements", "steps", "outputs"} as JSON, prints the places of two points. Geometrically
-exact elements with two nodes: in the plane for the beam in free flight, in space for the elbow.
+Reads {"which", "elements", "steps", "outputs"} as JSON, prints the places of two points.
+Geometrically exact elements with two nodes: in the plane for the beam in
+free flight, in space for the elbow.
 """
 
 import json
@@ -10,8 +11,16 @@ import sys
 import exudyn as exu
 import numpy as np
 from exudyn.utilities import (
-    Force, GenericJoint, MarkerNodeRigid, NodePointGround, NodeRigidBody2D, NodeRigidBodyRotVecLG,
-    ObjectBeamGeometricallyExact, ObjectBeamGeometricallyExact2D, SensorNode, Torque,
+    Force,
+    GenericJoint,
+    MarkerNodeRigid,
+    NodePointGround,
+    NodeRigidBody2D,
+    NodeRigidBodyRotVecLG,
+    ObjectBeamGeometricallyExact,
+    ObjectBeamGeometricallyExact2D,
+    SensorNode,
+    Torque,
 )  # fmt: skip
 
 exu.config.suppressWarnings = True
@@ -30,9 +39,13 @@ def flying(mbs, job):
     for pair in zip(nodes[:-1], nodes[1:], strict=True):
         mbs.AddObject(
             ObjectBeamGeometricallyExact2D(
-                nodeNumbers=list(pair), length=length / n, massPerLength=data["line"],
-                crossSectionInertia=data["inertia"][2], bendingStiffness=data["bend"],
-                axialStiffness=data["stretch"], shearStiffness=data["shear"],
+                nodeNumbers=list(pair),
+                length=length / n,
+                massPerLength=data["line"],
+                crossSectionInertia=data["inertia"][2],
+                bendingStiffness=data["bend"],
+                axialStiffness=data["stretch"],
+                shearStiffness=data["shear"],
                 includeReferenceRotations=True,
             )  # fmt: skip
         )

@@ -93,9 +93,7 @@ def elements(n_elements: int) -> int:
     return max(2, n_elements // PER_ELEMENT)
 
 
-def scene_of(
-    scenario: Scenario, rod: Rod, n_elements: int, interval: float, error: float
-) -> Scene:
+def scene_of(scenario: Scenario, rod: Rod, n_elements: int, interval: float, error: float) -> Scene:
     """Return the scene of one rod: straight at rest, held at the start, loaded at its end."""
     import yaml
     from scipy.spatial.transform import Rotation
