@@ -16,13 +16,14 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 # A guard of ROS wheels in another environment would keep those of this one from starting up.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: help run test check test-oldest env warm warm-tests lint format bench contract stress skip guard realtime clean
+.PHONY: help run test check test-oldest env warm warm-tests lint format bench validate contract stress skip guard realtime clean
 
 help:
 	@echo "make run     simulate, drive, record and replay the default arm: see runs/latest"
 	@echo "make test    all tests; make check: the linter and quick tests, for daily work"
 	@echo "make test-oldest  most tests, with the oldest versions that setup.py allows"
-	@echo "make bench   run time against error, with peers: under half an hour"
+	@echo "make bench   run time against error, with peers: half an hour"
+	@echo "make validate  judged by others' results: some minutes; BANK=DIR for SoRoSim's bank"
 	@echo "make contract  tolerances against true errors: a minute and a half"
 	@echo "make stress  the stability map: about ten minutes; make skip: what features cost"
 	@echo "make realtime  times real time, and the node's share of a core"
@@ -74,6 +75,10 @@ test-oldest:
 # make bench CASES="heavy_arm chirp" PROGRAMS="soft_sim_ros"   a part; see docs/benchmarks.md
 bench: warm
 	@$(IN_ENV) -m benchmarks $(if $(CASES),--cases $(CASES)) $(if $(PROGRAMS),--programs $(PROGRAMS))
+
+# others' results computed again; see docs/validation.md
+validate: warm
+	@$(IN_ENV) -m benchmarks.validation $(if $(BANK),--bank "$(BANK)")
 
 # whether runs with a tolerance keep it, and know it: a minute and a half
 contract: warm

@@ -45,6 +45,7 @@ EXTRAS = {
     "test": [
         "sympy>=1.12,<2",
         "distributed>=2023.12,<2027",
+        "cosseratbench>=0.3,<0.4",  # a benchmark of others, which runs this package as a solver
         "colcon-common-extensions>=0.3,<0.4",
         "setuptools>=68,<80",  # what colcon drives, which later ones no longer have
         "pytest>=7.4,<10",
@@ -119,5 +120,7 @@ setup(
     entry_points={
         "console_scripts": [f"{NAME} = {NAME}.__main__:main"]
         + [f"{verb} = {NAME}.commands.{verb}:main" for verb in VERBS if not FOR_PIP],
+        # costs nothing where cosseratbench is not installed: only it looks for this
+        "cosseratbench.solvers": [f"{NAME} = {NAME}.integrations.cosseratbench:SoftSimRos"],
     },
 )

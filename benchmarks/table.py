@@ -13,7 +13,6 @@ from .programs.peers import PEERS
 from .reference import RESULTS
 
 ROOT = Path(__file__).resolve().parent.parent
-BEGIN, END = "<!-- table: begin -->", "<!-- table: end -->"
 ERRORS = (1e-3, 1e-5)
 OURS = "soft_sim_ros"
 # the settling arm: error over its length and wall s for its 10 s
@@ -79,8 +78,8 @@ def table_at(entries: fronts.Entries, error: float) -> list[str]:
     """Return the lines about one error."""
     lines = [
         f"Time on one core to a largest tip error of {error:.0e} of the length; in brackets, how",
-        'many times ours; "no": the least error within the time allowed, and its time (and the time',
-        "that its observed order makes of it at the error asked for):",
+        'many times ours; "no": the least error within the time allowed, and its time, and the',
+        "time that its observed order makes of it at the error asked for:",
         "",
         f"| case | {OURS} | " + " | ".join(PEERS.values()) + " | best peer ÷ ours |",
         "|---|---|" + "---|" * len(PEERS) + "---|",
@@ -209,12 +208,13 @@ def scaling_text() -> list[str]:
     return [*lines, ""]
 
 
-def put(page: Path, what: str) -> None:
+def put(page: Path, what: str, mark: str = "table") -> None:
     """Put a text between the marks of a page; a page without marks stays as it is."""
-    if page.is_file() and BEGIN in (old := page.read_text()):
-        head, _, rest = old.partition(BEGIN)
-        _, _, tail = rest.partition(END)
-        page.write_text(f"{head}{BEGIN}\n{what}\n{END}{tail}")
+    begin, end = f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"
+    if page.is_file() and begin in (old := page.read_text()):
+        head, _, rest = old.partition(begin)
+        _, _, tail = rest.partition(end)
+        page.write_text(f"{head}{begin}\n{what}\n{end}{tail}")
 
 
 def main() -> None:

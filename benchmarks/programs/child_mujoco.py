@@ -2,9 +2,9 @@
 
 A chain of rigid pieces. Joint k, at the middle of cell k, bends for its cell: hinges for torsion
 and bending, slides for stretch and shear where they are free, with the stiffness and damping of
-the law over the length of the cell. So the chain is of second order in the number of pieces. Fast
-enough steps need stretch or shear to be left out of slender rods (``rigid``): an error of a few
-(r/L)². Internal moments are generalised forces on the hinges; a tendon is a spatial tendon through
+the law over the length of the cell. So the chain is of second order in the number of pieces. Large
+steps need stretch and shear to be left out of slender rods: an error of a few (r/L)², and of the
+strain. Internal moments are generalised forces on the hinges; a tendon is a spatial tendon through
 a site of every piece under a constant force.
 """
 
@@ -37,7 +37,7 @@ def law(case):
 
 
 def site(case, name, s, at):
-    """Return the site of a tendon at arc length s, on a piece whose frame is at arc length ``at``."""
+    """Return the site of a tendon at arc length s, on a piece whose frame is at ``at``."""
     start, end = (np.array(case["tendon"][key]) for key in ("start", "end"))
     y, z = start + (end - start) * s / case["length"]
     return f'<site name="{name}" pos="{s - at:.17g} {y:.17g} {z:.17g}"/>'
@@ -176,10 +176,10 @@ def once(case, settings, outputs):
 def run(case, settings, limit):
     """Run one setting; the cost is the best of up to five runs within two seconds."""
     period = case["duration"] / case["outputs"]
-    free = [s for s in case["strains"] if s not in settings.get("rigid", ())]
+    strains = settings.get("strains", case["strains"])
     settings = settings | {
         "h": period / settings["steps"],
-        "strains": settings.get("strains", free),
+        "strains": strains,
     }
     first, _, each, coordinates = once(case, settings, 1)
     out = {"coordinates": coordinates, "steps": settings["steps"] * case["outputs"], "tip": []}

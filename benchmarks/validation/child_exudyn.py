@@ -1,7 +1,8 @@
 """Exudyn, run in its own environment: two undamped benchmarks of Simo and Vu-Quoc.
 
-Reads {"which", "elements", "steps", "outputs"} as JSON, prints the places of two points. Geometrically
-exact elements with two nodes: in the plane for the beam in free flight, in space for the elbow.
+Reads {"which", "elements", "steps", "outputs"} as JSON, prints the places of two points.
+Geometrically exact elements with two nodes: in the plane for the beam in
+free flight, in space for the elbow.
 """
 
 import json
@@ -10,8 +11,16 @@ import sys
 import exudyn as exu
 import numpy as np
 from exudyn.utilities import (
-    Force, GenericJoint, MarkerNodeRigid, NodePointGround, NodeRigidBody2D, NodeRigidBodyRotVecLG,
-    ObjectBeamGeometricallyExact, ObjectBeamGeometricallyExact2D, SensorNode, Torque,
+    Force,
+    GenericJoint,
+    MarkerNodeRigid,
+    NodePointGround,
+    NodeRigidBody2D,
+    NodeRigidBodyRotVecLG,
+    ObjectBeamGeometricallyExact,
+    ObjectBeamGeometricallyExact2D,
+    SensorNode,
+    Torque,
 )  # fmt: skip
 
 exu.config.suppressWarnings = True

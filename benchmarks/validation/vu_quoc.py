@@ -1,9 +1,9 @@
 """Two undamped benchmarks of Simo and Vu-Quoc: a beam in free flight, and an elbow.
 
-Set-ups: J. C. Simo, L. Vu-Quoc, ASME J. Appl. Mech. 53 (1986) 849–863 (plane), and Comput. Methods
-Appl. Mech. Eng. 66 (1988) 125–161 (space). They print pictures, no numbers: what is compared are the
-digitised curves of the elbow, Exudyn's geometrically exact elements extrapolated to none, and the
-momentum of the beam in flight, which is known exactly.
+Set-ups: J. C. Simo, L. Vu-Quoc, ASME J. Appl. Mech. 53 (1986) 849–863 (plane), Comput. Methods
+Appl. Mech. Eng. 66 (1988) 125–161 (space). They print pictures, no numbers: what is compared are
+the digitised curves of the elbow, Exudyn's geometrically exact elements extrapolated to size zero,
+and the momentum of the beam in flight, which is known exactly.
 """
 
 from __future__ import annotations
@@ -139,3 +139,70 @@ def exudyn(which: str, outputs: int, elements: int, steps: int, **more: Any) -> 
     if done.returncode:
         raise RuntimeError(f"Exudyn's child ended with {done.returncode}: {done.stderr[-500:]}")
     return np.array(json.loads(done.stdout.splitlines()[-1]))
+
+
+def digitised() -> dict[str, Floats]:
+    """Return times and displacements (2, N) of corner and tip as the paper's figure has them."""
+    lines = (HERE / "data" / "elbow_1988.csv").read_text().splitlines()
+    rows = [line.split(",") for line in lines if not line.startswith(("#", "point"))]
+    return {
+        name: np.array([[float(t), float(u)] for point, t, u in rows if point == name]).T
+        for name in ("corner", "tip")
+    }
+
+
+def first_peak(times: Floats, values: Floats, until: float) -> list[float]:
+    """Return time and size of the largest value up to a time, by a parabola of three points."""
+    k = int(np.argmax(np.where(times <= until, values, -np.inf)))
+    a, b, c = np.polyfit(times[k - 1 : k + 2], values[k - 1 : k + 2], 2)
+    return [float(-b / (2 * a)), float(c - b * b / (4 * a))]
+
+
+def extrapolated(
+    which: str, outputs: int, sizes: tuple[tuple[int, int], ...], **more: Any
+) -> tuple:
+    """Return Exudyn's places, extrapolated from the last two of its runs, and what that changes."""
+    coarse, fine = (exudyn(which, outputs, n, steps, **more) for n, steps in sizes)
+    last = fine + (fine - coarse) / 3.0
+    return last, float(np.abs(last - fine).max())
+
+
+def compare_flight(outputs: int = 50) -> dict[str, Any]:
+    """Compare the beam in flight; errors over its length."""
+    length = float(np.linalg.norm(np.array(FLIGHT["to"]) - FLIGHT["from"]))
+    mine, simulation = run(flying(outputs, 4, 8, 1e-8), outputs, 2, (0, 1))
+    coarse, _ = run(flying(outputs, 4, 4, 1e-7), outputs, 2, (0, 1))
+    theirs, moved = extrapolated("flying", outputs, ((64, 16), (128, 32)))
+    push = float(FLIGHT["force"]) * float(FLIGHT["until"])
+    momentum = simulation.dynamics.momentum(simulation.q, simulation.v)[3:5]
+    return {
+        "theirs": "Exudyn 1.13.6, 64 and 128 elements in a plane, extrapolated",
+        "own_accuracy": moved / length, "error": float(np.abs(mine - theirs).max() / length),
+        "own_refinement": float(np.abs(mine - coarse).max() / length),
+        "momentum": momentum.tolist(), "impulse": [push, 0.0],
+        "momentum_error": float(np.linalg.norm(momentum - [push, 0.0]) / push),
+    }  # fmt: skip
+
+
+def compare_elbow(outputs: int = 300) -> tuple[dict[str, Any], Floats, Floats]:
+    """Compare the elbow; errors over the length of a leg. Return our and Exudyn's places, too."""
+    leg, times = float(LOADED["leg"]), np.linspace(0.0, LOADED["duration"], outputs + 1)
+    mine, _ = run(elbow(outputs), outputs, 3, (1, 2))
+    fine, _ = run(elbow(outputs, 4, 3, 1e-7), outputs, 3, (1, 2))
+    theirs, moved = extrapolated("elbow", outputs, ((16, 2), (32, 4)), tolerance=1e-5)
+    curves = {}
+    for k, (name, figure) in enumerate(digitised().items()):
+        until = 5.0 if name == "corner" else 10.0
+        ours = np.interp(figure[0], times, mine[:, k, 2])
+        curves[name] = {
+            "rms": float(np.sqrt(np.mean((ours - figure[1]) ** 2)) / leg),
+            "worst": float(np.abs(ours - figure[1]).max() / leg),
+            "our_first_peak": first_peak(times, mine[:, k, 2], until),
+            "exudyn_first_peak": first_peak(times, theirs[:, k, 2], until),
+            "figure_first_peak": first_peak(figure[0], figure[1], until),
+        }
+    return {
+        "theirs": "Exudyn 1.13.6, 16 and 32 elements per leg in space, extrapolated",
+        "own_accuracy": moved / leg, "error": float(np.abs(mine - theirs).max() / leg),
+        "own_refinement": float(np.abs(mine - fine).max() / leg), "figure": curves,
+    }, mine, theirs  # fmt: skip

@@ -1,1 +1,1 @@
-"""What other programs find this package by; each is imported only by the program that asks for it."""
+"""What other programs find this package by: each is imported by that program only."""

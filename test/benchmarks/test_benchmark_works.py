@@ -143,13 +143,17 @@ def test_tables_say_ratio_or_how_far_a_peer_got(tmp_path):
         )
     ]  # fmt: skip
     at = {error: "\n".join(table.table_at(entries, error)) for error in table.ERRORS}
-    assert "| gvs | 10 ms | – | 5 s (500×) | 500× |" in at[1e-3]
-    assert "| gvs | 0.1 s | – | no: 1e-03 in 5 s | – |" in at[1e-5]
+    assert "| gvs | 10 ms | – | 5 s (500×) | – | – | 500× (SoRoMoX) |" in at[1e-3]
+    assert "| gvs | 0.1 s | – | no: 1e-03 in 5 s | – | – | – |" in at[1e-5]
     assert "No peer gets there" in at[1e-5]
     page = tmp_path / "page.md"
-    page.write_text(f"before\n{table.BEGIN}\nold\n{table.END}\nafter\n")
+    marks = [f"<!-- {mark}: {edge} -->" for mark in ("table", "other") for edge in ("begin", "end")]
+    old = "before\n{}\nold\n{}\nbetween\n{}\nold\n{}\nafter\n".format(*marks)
+    page.write_text(old)
+    table.put(page, "new", "other")
+    assert page.read_text() == old.replace(f"{marks[2]}\nold", f"{marks[2]}\nnew")
     table.put(page, "new")
-    assert page.read_text() == f"before\n{table.BEGIN}\nnew\n{table.END}\nafter\n"
+    assert page.read_text() == old.replace("\nold\n", "\nnew\n")
 
 
 def test_fitted_rates_tell_spectral_from_algebraic_convergence():

@@ -19,7 +19,7 @@ KEYS = {"mcap": "mcap-ros2-support", "zstandard": "mcap-ros2-support"}
 ON_PYPI = {"yaml": "PyYAML"}
 PART_OF = {"mpl_toolkits": "matplotlib"}
 # Served where they are there; a plain installation does without.
-OPTIONAL = {"tf2_msgs", "simulation_interfaces"}
+OPTIONAL = {"tf2_msgs", "simulation_interfaces", "cosseratbench"}
 
 
 def literals() -> dict[str, object]:

@@ -1,0 +1,1 @@
+"""Others judge this package: ``python -m benchmarks.validation``, see docs/validation.md."""
