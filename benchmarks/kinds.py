@@ -8,7 +8,7 @@ is a small scene and a run of it; ``outcome`` is what is right for it, where not
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.scene import Free, Scene, parse_scene
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Kind:
     """A scene without numerics, and a run of it.
 
@@ -34,10 +34,10 @@ class Kind:
 
     name: str
     kind: str
-    document: dict[str, Any] = field(hash=False)
+    document: dict[str, Any]
     duration: float
     step: float
-    fine: dict[str, Any] = field(hash=False)
+    fine: dict[str, Any]
     every: int = 1
     exact: Callable[[Floats], Floats] | None = None
 

@@ -65,8 +65,11 @@ def compile_scene(scene: Scene) -> Compiled:
     )
 
 
-def build_chain(scene: Scene) -> Chain:
-    """Return the chain of segments of a scene, rods cut where loads and tendons jump."""
+def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
+    """Return the chain of segments of a scene, rods cut where loads and tendons jump.
+
+    It is put into ``chain``, if that is given.
+    """
     cuts: dict[str, set[float]] = {body.name: set() for body in scene.bodies}
     turning = dict.fromkeys(cuts, 0.0)
     for load in scene.loads:
@@ -80,7 +83,7 @@ def build_chain(scene: Scene) -> Chain:
                 cuts[stretch.rod] |= {stretch.start, stretch.end}
                 s = np.linspace(stretch.start, stretch.end, 101)
                 turning[stretch.rod] = max(turning[stretch.rod], float(winding(stretch, s).max()))
-    chain = Chain()
+    chain = Chain() if chain is None else chain
     for body in scene.bodies:
         if isinstance(body, Rod):
             chain.rod(body, scene.numerics.rods[body.name], cuts[body.name], turning[body.name])
