@@ -80,7 +80,7 @@ def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
     for actuator in scene.actuators:
         if isinstance(actuator, Path):
             for stretch in actuator.stretches:
-                cuts[stretch.rod] |= {stretch.start, stretch.end}
+                cuts[stretch.rod] |= stretch.cuts
                 s = np.linspace(stretch.start, stretch.end, 101)
                 turning[stretch.rod] = max(turning[stretch.rod], float(winding(stretch, s).max()))
     chain = Chain() if chain is None else chain

@@ -49,6 +49,20 @@ def test_automatic_nodes_add_less_than_the_basis_leaves_out(order):
     assert np.linalg.norm(tip(order) - same) < 2.0 * own
 
 
+@pytest.mark.parametrize(("bump", "pieces"), [(0.004, 1), (0.0001, 1), (0.004, 3)])
+def test_a_rod_is_cut_where_a_tendon_turns_sharply(bump, pieces):
+    width = 0.1 if pieces == 1 else 0.002
+    middle = [[0.3 - width, 0.01, 0.0], [0.3, 0.01 + bump, 0.0], [0.3 + width, 0.01, 0.0]]
+    points = [[0.0, 0.01, 0.0], [0.1, 0.01, 0.0], *middle, [0.5, 0.01, 0.0], [0.6, 0.01, 0.0]]
+    tendon = {"tendon": "t", "rod": "rod", "points": points}
+    dynamics = Dynamics(scene_of(rod_document(length=LENGTH, order=1, actuators=[tendon])))
+    ends = [element.span[1] for element in dynamics.compiled.chain.rods["rod"].elements]
+    if pieces == 1:
+        assert ends == [LENGTH]
+    else:
+        assert set(np.round([0.298, 0.3, 0.302], 9)) <= set(np.round(ends, 9))
+
+
 def test_low_orders_have_no_more_nodes_than_before():
     assert [default_nodes({"bend_y": p}) for p in range(4)] == [5, 6, 7, 8]
     counts = [default_nodes({"bend_y": p}) for p in range(51)]
