@@ -17,7 +17,7 @@ help:
 	@echo "make run     simulate, drive, record and replay the default arm: see runs/latest"
 	@echo "make test    all tests"
 	@echo "make bench   run time against error, with peers: under half an hour"
-	@echo "make contract  tolerances against true errors: a minute and a half"
+	@echo "make contract  tolerances against true errors: a few minutes"
 	@echo "make stress  the stability map: about ten minutes; make skip: what features cost"
 	@echo "make realtime  times real time, and the node's share of a core"
 	@echo "make guard   whether steps cost more than they did: a minute"
@@ -50,7 +50,7 @@ test: lint warm
 bench: warm
 	@$(IN_ENV) -m benchmarks $(if $(CASES),--cases $(CASES)) $(if $(PROGRAMS),--programs $(PROGRAMS))
 
-# whether runs with a tolerance keep it, and know it: a minute and a half
+# whether runs with a tolerance keep it, and know it: a few minutes
 contract: warm
 	@$(IN_ENV) -m benchmarks.contract
 
