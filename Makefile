@@ -24,7 +24,7 @@ help:
 	@echo "make test-oldest  most tests, with the oldest versions that setup.py allows"
 	@echo "make bench   run time against error, with peers: half an hour"
 	@echo "make validate  judged by others' results: some minutes; BANK=DIR for SoRoSim's bank"
-	@echo "make contract  tolerances against true errors: a minute and a half"
+	@echo "make contract  tolerances against true errors: a few minutes"
 	@echo "make stress  the stability map: about ten minutes; make skip: what features cost"
 	@echo "make realtime  times real time, and the node's share of a core"
 	@echo "make guard   whether steps cost more than they did: a minute"
@@ -80,7 +80,7 @@ bench: warm
 validate: warm
 	@$(IN_ENV) -m benchmarks.validation $(if $(BANK),--bank "$(BANK)")
 
-# whether runs with a tolerance keep it, and know it: a minute and a half
+# whether runs with a tolerance keep it, and know it: a few minutes
 contract: warm
 	@$(IN_ENV) -m benchmarks.contract
 

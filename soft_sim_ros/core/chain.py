@@ -245,6 +245,13 @@ class Chain:
                 self.add(element.step(s[k], s[k + 1]), lumped[k + 1], drag[k + 1])
 
 
+class Outline(Chain):
+    """A chain whose rods have elements only, to ask how many nodes they need."""
+
+    def _fill(self, elements: list[Element], labels: list[str], basis: Basis) -> None:
+        self.names += labels
+
+
 @lru_cache(maxsize=64)
 def _rule(nodes: int) -> tuple[Floats, Floats]:
     """Return Lobatto's rule: many elements have the same, and it takes a while for many nodes."""

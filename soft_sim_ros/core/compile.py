@@ -85,8 +85,11 @@ def _compiled(scene: Scene) -> Compiled:
     )
 
 
-def build_chain(scene: Scene) -> Chain:
-    """Return the chain of segments of a scene, rods cut where loads and tendons jump."""
+def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
+    """Return the chain of segments of a scene, rods cut where loads and tendons jump.
+
+    It is put into ``chain``, if that is given.
+    """
     cuts: dict[str, set[float]] = {body.name: set() for body in scene.bodies}
     turning = dict.fromkeys(cuts, 0.0)
     for load in scene.loads:
@@ -97,10 +100,10 @@ def build_chain(scene: Scene) -> Chain:
     for actuator in scene.actuators:
         if isinstance(actuator, Path):
             for stretch in actuator.stretches:
-                cuts[stretch.rod] |= {stretch.start, stretch.end}
+                cuts[stretch.rod] |= stretch.cuts
                 s = scattered(stretch.start, stretch.end)
                 turning[stretch.rod] = max(turning[stretch.rod], float(winding(stretch, s).max()))
-    chain = Chain()
+    chain = Chain() if chain is None else chain
     for body in scene.bodies:
         if isinstance(body, Rod):
             chain.rod(body, scene.numerics.rods[body.name], cuts[body.name], turning[body.name])

@@ -28,8 +28,8 @@ from .search import LIMIT, Search, Spent, Verdict
 # without damping may depend on everything.
 ROUNDS, PATIENCE, GAIN = 12, 3, 1.5
 # Tips so far apart, over the length, have nothing to do with each other: then it counts how much
-# longer a choice holds than the one before.
-LOST = 0.1
+# longer a choice holds than the one before, once it holds for a part SEEN of the run.
+LOST, SEEN = 0.1, 0.05
 
 
 @dataclass(frozen=True)
@@ -146,6 +146,8 @@ def _look(
 def _hopeless(before: Verdict, now: Verdict, left: int) -> bool:
     """Whether the refinements that are left do not reach the end of the run, at this pace."""
     if min(before.error, now.error) < LOST or not np.isfinite(before.error + now.error):
+        return False
+    if before.holds < SEEN * now.end:  # too coarse to tell
         return False
     return now.holds + left * max(0.0, now.holds - before.holds) < now.end
 

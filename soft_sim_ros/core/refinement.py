@@ -9,6 +9,7 @@ from dataclasses import replace
 from ..scene import Basis, Free, Numerics, Rod, Scene
 from ..scene.numerics import FIXED_ORDER, NODES
 from ..scene.put import edited
+from .chain import Outline
 from .compile import build_chain
 
 # First guesses, over the tolerance τ. Runs end up to 8 times further off than one of their steps
@@ -163,7 +164,8 @@ class Refinement:
         rods = {name: replace(basis, nodes=None) for name, basis in numerics.rods.items()}
         key = repr(rods)
         if key not in self._known:
-            chain = build_chain(replace(self._scene, numerics=replace(numerics, rods=rods)))
+            scene = replace(self._scene, numerics=replace(numerics, rods=rods))
+            chain = build_chain(scene, Outline())
             self._known[key] = {
                 name: (
                     max(element.least_nodes for element in rod.elements),

@@ -15,6 +15,7 @@ from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats, Taper
 
 PATHS = ("offset", "helix", "points")
+SHARP = 0.5  # change of slope from one point of a path to the next, at which its rod is cut
 
 
 @dataclass(frozen=True)
@@ -130,6 +131,18 @@ class Stretch:
     def curvature(self, s: Floats) -> Floats:
         """Return d'' (…, 3) in 1/m."""
         return self.path.curvature(self._fraction(s)) * self._rate**2
+
+    @property
+    def cuts(self) -> set[float]:
+        """Arc lengths in m where its rod has to be cut: both ends, and points of sharp turns."""
+        found = {self.start, self.end}
+        if isinstance(self.path, TablePath):
+            u = np.array(self.path.u)
+            turn = np.linalg.norm(np.diff(self.path.slope(u) * self._rate, axis=0), axis=1)
+            sharp = np.append(turn > SHARP, False) | np.append(False, turn > SHARP)
+            s = self.start + (u[sharp] - self.first) / self._rate
+            found |= {x for x in s.tolist() if self.start < x < self.end}
+        return found
 
     @property
     def _rate(self) -> float:
