@@ -15,7 +15,7 @@ from ..errors import NotResolved
 from ..scene.numerics import FIXED_ORDER
 from .dynamics import Dynamics
 from .model import Floats
-from .prolong import finer, prolong
+from .prolong import finer, prolong, reference_turn
 
 STEPS = 12  # of Newton's method
 FOUND = 1e-7  # its last correction, as a displacement of the tip in arm lengths
@@ -72,7 +72,7 @@ def static_error(
     """
     if not dynamics.compiled.chain.rods:
         return 0.0
-    fine = finer(dynamics)
+    fine = finer(dynamics, reference_turn(dynamics.compiled, q))
     start = prolong(dynamics.compiled, fine.compiled, q)
     held = None
     if free is not None and not free.all():

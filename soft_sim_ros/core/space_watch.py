@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import NotResolved, SolverError
 from .dynamics import Dynamics
 from .inputs import Inputs, Order
-from .prolong import finer_scene
+from .prolong import finer
 from .simulation import Simulation
 from .space_error import Forcing, limit_of, motion_error, trust
 
@@ -131,7 +131,7 @@ class AccompaniedInputs(SpaceInputs):
         complain: Callable[[str], None] = lambda text: None,
     ) -> None:
         super().__init__(simulation, command_timeout, ramp, complain)
-        self.companion = Simulation(finer_scene(simulation.scene))
+        self.companion = Simulation(finer(simulation.dynamics).compiled.scene)
         self._shadow = Inputs(self.companion, command_timeout, ramp)
         self._tips = [s.sampler(2) for s in (simulation, self.companion)]
         self._trust = trust(simulation.dynamics)

@@ -8,7 +8,7 @@ import numpy as np
 
 from .cases import cases, error_of
 from .drive import probe
-from .prolong import finer_scene
+from .prolong import finer
 from .simulation import Simulation
 from .space_error import static_error
 from .space_watch import acting
@@ -47,6 +47,6 @@ def survey(simulation: Simulation, q: np.ndarray | None) -> Survey | None:
     corners = max((error_of(dynamics, forcing)[0] for forcing in known), default=0.0)
     rest = 0.0 if q is None else static_error(dynamics, q, acting(simulation))
     one = Simulation(simulation.scene)
-    other = Simulation(finer_scene(simulation.scene))
+    other = Simulation(finer(simulation.dynamics).compiled.scene)
     motion, _ = companions_apart(one, other, short(probe(one), one))
     return Survey(rest, corners, motion)
