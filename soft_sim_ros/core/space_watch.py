@@ -94,6 +94,8 @@ class LookedInputs(SpaceInputs):
         self._model = Dynamics(simulation.compiled)
         self._beat = max(1, round(beat * 1e9 / simulation.step_ns))
         self._began = self._last = simulation.step_index
+        self._tip = simulation.sampler(2)
+        self._start, self._moved = self._tip.poses()[-1, :3].copy(), 0.0
 
     def advance(self, steps: int) -> None:
         """Advance by ``steps``, and look if it is time."""
@@ -106,13 +108,16 @@ class LookedInputs(SpaceInputs):
         simulation = self.simulation
         self._last = simulation.step_index
         elapsed = (simulation.step_index - self._began) * simulation.step_ns * 1e-9
-        error = motion_error(self._model, simulation.q, simulation.v, acting(simulation), elapsed)
-        self._note(error)
+        way = float(np.linalg.norm(self._tip.poses()[-1, :3] - self._start))
+        self._moved = max(self._moved, way)
+        state = simulation.q, simulation.v, acting(simulation)
+        self._note(motion_error(self._model, *state, elapsed, self._moved))
 
     def reset(self) -> None:
         """Go back to the initial state; the estimate begins anew."""
         super().reset()
         self._began = self._last = self.simulation.step_index
+        self._moved = 0.0
 
 
 class AccompaniedInputs(SpaceInputs):
