@@ -14,6 +14,8 @@ from .simulation import Simulation
 from .space_error import Forcing, limit_of, motion_error, trust
 
 BEAT = 1.0  # s between two looks of a run whose end nobody knows
+# A look may be half of the error that builds up; of written numerics, nobody has seen a motion yet.
+UNSEEN = 2.0
 LARGE = 600  # coordinates beyond which nobody looks
 
 
@@ -94,6 +96,7 @@ class LookedInputs(SpaceInputs):
         self._model = Dynamics(simulation.compiled)
         self._beat = max(1, round(beat * 1e9 / simulation.step_ns))
         self._began = self._last = simulation.step_index
+        self._doubtful = UNSEEN if simulation.scene.numerics.written else 1.0
         self._tip = simulation.sampler(2)
         self._start, self._moved = self._tip.poses()[-1, :3].copy(), 0.0
 
@@ -111,7 +114,8 @@ class LookedInputs(SpaceInputs):
         way = float(np.linalg.norm(self._tip.poses()[-1, :3] - self._start))
         self._moved = max(self._moved, way)
         state = simulation.q, simulation.v, acting(simulation)
-        self._note(motion_error(self._model, *state, elapsed, self._moved))
+        error = motion_error(self._model, *state, elapsed, self._moved)
+        self._note(self._doubtful * error)
 
     def reset(self) -> None:
         """Go back to the initial state; the estimate begins anew."""
