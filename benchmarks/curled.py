@@ -10,6 +10,7 @@ import numpy as np
 
 LENGTH, RADIUS, YOUNG = 0.4, 0.01, 1e6
 EI = YOUNG * np.pi * RADIUS**4 / 4.0
+TURNS = ["torsion", "bend_y", "bend_z"]
 LIGHT = [0.0, 0.0, -9.81 * 0.3]
 
 
@@ -42,6 +43,7 @@ def rod(
     viscosity: float = 0.0,
     sections: int = 1,
     actuated: bool = False,
+    strains: list[str] | None = None,
     **rest: Any,
 ) -> dict[str, Any]:
     """Return the document of a soft rod with a reference curvature in 1/m."""
@@ -55,6 +57,8 @@ def rod(
         "name": "curled", "gravity": gravity, "materials": {"m": material},
         "bodies": [{"rod": "r", "sections": [own | {"name": f"s{i}"} for i in range(sections)]}],
     }  # fmt: skip
+    if strains:
+        document["bodies"][0]["strains"] = strains
     if actuated:
         document["actuators"] = [
             {"moment": f"m{i}{axis}", "rod": "r", "section": f"s{i}", "strain": axis}
@@ -102,21 +106,21 @@ def moving() -> Iterator[Curled]:
     """Give scenes of motion, from the reference shape."""
     helix = (3.0, 0.0, turned(360.0))
     for viscosity in (0.0, 3e3, 3e4):
-        shape = rod(helix, gravity=[0.0, 0.0, -9.81], viscosity=viscosity)
+        shape = rod(helix, gravity=[0.0, 0.0, -9.81], strains=TURNS, viscosity=viscosity)
         yield Curled(f"falling helix, {viscosity:g} Pa·s", shape, duration=1.0)
     for angle in (90, 180, 270, 540):
-        shape = rod((0.0, 0.0, turned(angle)), viscosity=5e3)
-        yield Curled(f"falling arc {angle}°", shape, duration=0.5)
+        shape = rod((0.0, 0.0, turned(angle)), strains=TURNS, viscosity=5e3)
+        yield Curled(f"falling arc {angle}°", shape, duration=0.4)
     for angle in (90, 180, 360):
         efforts = [0.0, EI * turned(angle)]
-        shape = rod(actuated=True, viscosity=5e3)
-        yield Curled(f"bending by {angle}°", shape, efforts, duration=0.5)
+        shape = rod(actuated=True, strains=TURNS, viscosity=5e3)
+        yield Curled(f"bending by {angle}°", shape, efforts, duration=0.4)
     jet = {"point": "jet", "body": "r", "force": [0.0, 5.0 * EI / LENGTH**2, 0.0], "frame": "body"}
     for viscosity in (1e3, 1e4):
-        shape = rod(loads=[jet], viscosity=viscosity)
-        yield Curled(f"jet at the tip, {viscosity:g} Pa·s", shape, duration=0.5)
+        shape = rod(loads=[jet], strains=TURNS, viscosity=viscosity)
+        yield Curled(f"jet at the tip, {viscosity:g} Pa·s", shape, duration=0.4)
     efforts = [v * EI / LENGTH for v in (2.0, 3.0, -2.0, 4.0, 3.0, 2.0)]
-    shape = rod(sections=3, actuated=True, viscosity=5e3)
-    yield Curled("three sections, coiling", shape, efforts, duration=0.5)
-    yield Curled("coil of 3 turns, falling", rod((4.0, 0.0, turned(1080)), viscosity=5e3),
-                 duration=0.5)  # fmt: skip
+    shape = rod(sections=3, actuated=True, strains=TURNS, viscosity=5e3)
+    yield Curled("three sections, coiling", shape, efforts, duration=0.4)
+    coil = rod((4.0, 0.0, turned(1080)), strains=TURNS, viscosity=5e3)
+    yield Curled("coil of 3 turns, falling", coil, duration=0.4)  # fmt: skip

@@ -47,6 +47,11 @@ RESULT = reference.RESULTS / "defaults.json"
 
 def scene_of(case: Curled, numerics: dict[str, Any]) -> Scene:
     """Return the scene of a case with numerics, or without."""
+    strains = case.document["bodies"][0].get("strains")
+    order = numerics.get("basis", {}).get("order")
+    if strains and isinstance(order, dict):
+        known = {name: order[name] for name in strains}
+        numerics = numerics | {"basis": numerics["basis"] | {"order": known}}
     document = case.document | ({"numerics": numerics} if numerics else {})
     plain = json.loads(json.dumps(document, default=float))
     return parse_scene(yaml.safe_dump(plain), f"{case.name}.yaml")

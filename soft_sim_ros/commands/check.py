@@ -166,10 +166,11 @@ def accuracy(scene: Scene, simulation: Simulation, q: np.ndarray, state: str) ->
         found = survey(simulation, q if "equilibrium" in state else None)
         if found is None:
             return
-        error, limit = found.worst, WRITTEN
+        error, limit = found.certain, WRITTEN
+        beyond = " (too coarse for these)" if found.corners > limit else ""
         yield (
             f"error in space    of the length: {found.rest:.2g} at rest, {found.corners:.2g} at "
-            f"the limits of loads and actuators, {found.motion:.2g} in a short motion"
+            f"the limits of loads and actuators{beyond}, {found.motion:.2g} in a second of motion"
         )
     else:
         return

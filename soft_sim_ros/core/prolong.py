@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from weakref import WeakKeyDictionary
@@ -10,6 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from ..scene import Free, Scene
+from ..scene.numerics import FIXED_ORDER
 from .bases import ElementBasis, get_basis
 from .chain import Chain, RodMap
 from .compile import Compiled
@@ -18,28 +20,73 @@ from .element import Element
 from .model import Floats
 from .quadrature import composite, gauss
 from .refinement import Refinement
+from .shape import strain
 
-_FINER: WeakKeyDictionary[Dynamics, Dynamics] = WeakKeyDictionary()
+_FINER: WeakKeyDictionary[Dynamics, dict[int, Dynamics]] = WeakKeyDictionary()
+TURNING = ("torsion", "bend_y", "bend_z")
 _MAPS: WeakKeyDictionary[Chain, WeakKeyDictionary[Chain, sparse.csr_matrix]] = WeakKeyDictionary()
 ROUND_OFF = 1e-13
+# A force of fixed direction, seen from sections that turn by θ along an element, goes like cos θ:
+# polynomials show it from about degree θ/2 on, and nothing of it much below.
+BEYOND, MOST_SHOWN = 3, 12
 
 
-def finer(dynamics: Dynamics) -> Dynamics:
+def finer(dynamics: Dynamics, turn: float = 0.0) -> Dynamics:
     """Return the same scene with a finer space, made once and remembered.
 
     Two more orders of every strain (twice the elements where orders are fixed), and half as many
     nodes again. Nothing else differs.
+
+    turn : rad by which an element is turned at least; the more, the more orders it takes to see
+        what is missing (the turn of the reference shape is known already)
     """
-    if dynamics not in _FINER:
-        _FINER[dynamics] = Dynamics(finer_scene(dynamics.compiled.scene))
-    return _FINER[dynamics]
+    compiled = dynamics.compiled
+    least = shown(max(turn, reference_turn(compiled)))
+    known = _FINER.setdefault(dynamics, {})
+    if least not in known:
+        known[least] = Dynamics(finer_scene(compiled.scene, least))
+    return known[least]
 
 
-def finer_scene(scene: Scene) -> Scene:
-    """Return a scene in which only the space is finer; its source stays as it is."""
+def finer_scene(scene: Scene, least: int = 0) -> Scene:
+    """Return a scene in which only the space is finer; its source stays as it is.
+
+    least : order that torsion and bending have at least
+    """
     rules = Refinement(scene, 1e-3)  # the tolerance is for time, which is left alone
-    numerics = rules.finer_nodes(rules.finer_space(scene.numerics))
+    numerics = rules.finer_space(scene.numerics)
+    rods = {}
+    for name, basis in numerics.rods.items():
+        if basis.kind in FIXED_ORDER:
+            rods[name] = basis
+            continue
+        order = {s: max(n, least) if s in TURNING else n for s, n in basis.order.items()}
+        nodes = basis.nodes and max(basis.nodes, max(order.values(), default=0) + 5)
+        rods[name] = replace(basis, order=order, nodes=nodes)
+    numerics = rules.finer_nodes(replace(numerics, rods=rods))
     return replace(scene, numerics=replace(numerics, free=Free()))
+
+
+def shown(turn: float) -> int:
+    """Return the order that shows what turns by so many rad along an element, in steps of two."""
+    if turn < 1.0:
+        return 0
+    return min(MOST_SHOWN, 2 * math.ceil(0.5 * (0.5 * turn + BEYOND)))
+
+
+def reference_turn(compiled: Compiled, q: Floats | None = None) -> float:
+    """Return the largest turn in rad of an element in its reference shape, or bent by q (n,)."""
+    most = 0.0
+    for name, rod in compiled.chain.rods.items():
+        for element in rod.elements:
+            s = np.linspace(*element.span, 9)[1:-1]
+            if q is None:
+                field = element.section.strain0(element.normalised(s))
+            else:
+                field = strain(compiled, name, q, s)
+            length = element.span[1] - element.span[0]
+            most = max(most, length * float(np.linalg.norm(field[:, :3], axis=1).mean()))
+    return most
 
 
 def prolong(coarse: Compiled, fine: Compiled, q: Floats) -> Floats:

@@ -15,7 +15,7 @@ from ..errors import NotResolved
 from ..scene.numerics import FIXED_ORDER
 from .dynamics import Dynamics
 from .model import Floats
-from .prolong import finer, prolong
+from .prolong import finer, prolong, reference_turn
 
 STEPS = 12  # of Newton's method
 FOUND = 1e-7  # its last correction, as a displacement of the tip in arm lengths
@@ -25,6 +25,7 @@ WRITTEN, UNWRITTEN = 1e-2, 1e-3
 # What is left beyond a finer model: little with two more orders, a third of the way or more where
 # elements are halved, whose error falls with their square at best.
 SAFETY, HALVED = 1.25, 1.6
+STILL = 1e-3  # of the length: a way that is no motion yet
 MEMORY = 1.0  # s for which a motion gathers the errors of its forces, at most
 
 
@@ -72,7 +73,7 @@ def static_error(
     """
     if not dynamics.compiled.chain.rods:
         return 0.0
-    fine = finer(dynamics)
+    fine = finer(dynamics, reference_turn(dynamics.compiled, q))
     start = prolong(dynamics.compiled, fine.compiled, q)
     held = None
     if free is not None and not free.all():
@@ -96,19 +97,27 @@ def tips_apart(one: Dynamics, q: Floats, other: Dynamics, p: Floats) -> float:
 
 
 def motion_error(
-    dynamics: Dynamics, q: Floats, v: Floats, forcing: Forcing, elapsed: float
+    dynamics: Dynamics,
+    q: Floats,
+    v: Floats,
+    forcing: Forcing,
+    elapsed: float,
+    moved: float = np.inf,
 ) -> float:
     """Return how far off the tip of a motion is in space by the forces of this moment.
 
-    The forces that the finer model lacks for this motion, taken as lasting: what resists them is
-    its stiffness, and the inertia of ``elapsed`` s (MEMORY at most). It sees what the basis cannot
-    show now; errors that a swinging arm has gathered before, in phase for instance, it does not.
+    The forces that the finer model lacks for this motion, taken as lasting as long as the motion
+    takes: √(way of the tip / its acceleration), way / speed, ``elapsed`` or MEMORY, the shortest of
+    them. What resists them is the stiffness, and the inertia of that time. It sees what the basis
+    cannot show now; errors that a swinging arm has gathered before, in phase for instance, it does
+    not.
 
     Parameters
     ----------
     q, v : (n,) coordinates and rates
     forcing : what acts now
     elapsed : s since the motion began
+    moved : m, by which the tip has been away from where it began
     """
     if not dynamics.compiled.chain.rods:
         return 0.0
@@ -118,17 +127,21 @@ def motion_error(
     mass = dynamics.last_tangent((0.0, 0.0, 1.0))
     a = -np.linalg.solve(mass, still)
     up = prolong(dynamics.compiled, fine.compiled, np.array([q, v, a]))
+    jacobian = dynamics.tip_jacobian(q)[3:]
+    speed, rise = (float(np.linalg.norm(jacobian @ x)) for x in (v, a))
+    moved = max(moved, STILL * dynamics.compiled.length)
+    lasting = min(elapsed, MEMORY, moved / max(speed, 1e-300), np.sqrt(moved / max(rise, 1e-300)))
     residual = fine.residual(*up, fine.forcing(*forcing))
-    inertia = 1.0 / max(1e-9, min(elapsed, MEMORY)) ** 2
+    inertia = 1.0 / max(1e-9, lasting) ** 2
     matrix = fine.last_tangent((1.0, 0.0, inertia))
     try:
-        moved = up[0] - np.linalg.solve(matrix, residual)
+        found = up[0] - np.linalg.solve(matrix, residual)
     except np.linalg.LinAlgError:
         return float("inf")
-    way = np.abs(up[0] - moved) * fine.model.weight
-    if not np.isfinite(moved).all() or way.max() > 2.0:
+    way = np.abs(up[0] - found) * fine.model.weight
+    if not np.isfinite(found).all() or way.max() > 2.0:
         return float("inf")
-    return trust(dynamics) * tips_apart(dynamics, q, fine, moved)
+    return trust(dynamics) * tips_apart(dynamics, q, fine, found)
 
 
 def limit_of(dynamics: Dynamics) -> float:

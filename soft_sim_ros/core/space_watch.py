@@ -11,11 +11,13 @@ from .dynamics import Dynamics
 from .bounds import Bounds
 from .inputs import Inputs
 from .orders import Order
-from .prolong import finer_scene
+from .prolong import finer
 from .simulation import Simulation
 from .space_error import Forcing, limit_of, motion_error, trust
 
 BEAT = 1.0  # s between two looks of a run whose end nobody knows
+# A look may be half of the error that builds up; of written numerics, nobody has seen a motion yet.
+UNSEEN = 2.0
 LARGE = 600  # coordinates beyond which nobody looks
 
 
@@ -98,6 +100,9 @@ class LookedInputs(SpaceInputs):
         self._model = Dynamics(simulation.compiled)
         self._beat = max(1, round(beat * 1e9 / simulation.step_ns))
         self._began = self._last = simulation.step_index
+        self._doubtful = UNSEEN if simulation.scene.numerics.written else 1.0
+        self._tip = simulation.sampler(2)
+        self._start, self._moved = self._tip.poses()[-1, :3].copy(), 0.0
 
     def advance(self, steps: int) -> None:
         """Advance by ``steps``, and look if it is time."""
@@ -110,13 +115,17 @@ class LookedInputs(SpaceInputs):
         simulation = self.simulation
         self._last = simulation.step_index
         elapsed = (simulation.step_index - self._began) * simulation.step_ns * 1e-9
-        error = motion_error(self._model, simulation.q, simulation.v, acting(simulation), elapsed)
-        self._note(error)
+        way = float(np.linalg.norm(self._tip.poses()[-1, :3] - self._start))
+        self._moved = max(self._moved, way)
+        state = simulation.q, simulation.v, acting(simulation)
+        error = motion_error(self._model, *state, elapsed, self._moved)
+        self._note(self._doubtful * error)
 
     def reset(self) -> None:
         """Go back to the initial state; the estimate begins anew."""
         super().reset()
         self._began = self._last = self.simulation.step_index
+        self._moved = 0.0
 
 
 class AccompaniedInputs(SpaceInputs):
@@ -135,7 +144,7 @@ class AccompaniedInputs(SpaceInputs):
         complain: Callable[[str], None] = lambda text: None,
     ) -> None:
         super().__init__(simulation, command_timeout, ramp, complain)
-        self.companion = Simulation(finer_scene(simulation.scene))
+        self.companion = Simulation(finer(simulation.dynamics).compiled.scene)
         self._shadow = Inputs(self.companion, command_timeout, ramp)
         self._tips = [s.sampler(2) for s in (simulation, self.companion)]
         self._trust = trust(simulation.dynamics)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from .cases import cases, error_of
-from .drive import probe
-from .prolong import finer_scene
+from .drive import Drive
+from .prolong import finer
 from .simulation import Simulation
 from .space_error import static_error
 from .space_watch import acting
-from .unwritten import MOST, companions_apart, short
+from .unwritten import MOST, SHORT, companions_apart
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Survey:
 
     rest : in the state of rest that was given
     corners : in all states of rest of cases.py that the arm's loads and actuators can cause
-    motion : in a short motion (drive.probe), against a finer companion of the same steps
+    motion : in a second from the initial state with safe efforts, against a finer companion
     """
 
     rest: float
@@ -29,9 +29,9 @@ class Survey:
     motion: float
 
     @property
-    def worst(self) -> float:
-        """The largest of them."""
-        return max(self.rest, self.corners, self.motion)
+    def certain(self) -> float:
+        """The largest that no command is needed for."""
+        return max(self.rest, self.motion)
 
 
 def survey(simulation: Simulation, q: np.ndarray | None) -> Survey | None:
@@ -47,6 +47,8 @@ def survey(simulation: Simulation, q: np.ndarray | None) -> Survey | None:
     corners = max((error_of(dynamics, forcing)[0] for forcing in known), default=0.0)
     rest = 0.0 if q is None else static_error(dynamics, q, acting(simulation))
     one = Simulation(simulation.scene)
-    other = Simulation(finer_scene(simulation.scene))
-    motion, _ = companions_apart(one, other, short(probe(one), one))
+    other = Simulation(finer(simulation.dynamics).compiled.scene)
+    steps = max(1, round(SHORT * 1e9 / one.step_ns))
+    free = Drive(np.zeros(0, np.int64), np.zeros((0, one.n_actuators)), steps, max(1, steps // 50))
+    motion, _ = companions_apart(one, other, free)
     return Survey(rest, corners, motion)

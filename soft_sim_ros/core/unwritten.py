@@ -129,7 +129,7 @@ def _by_motion(scene: Scene, rules: Refinement, numerics: Numerics) -> tuple[Num
     best = numerics, np.inf
     for _ in range(MOTIONS):
         one = Simulation(_fixed(scene, numerics))
-        other = Simulation(_fixed(scene, rules.finer(numerics)))
+        other = Simulation(_finer(rules, one))
         drive = short(probe(one), one) if drive is None else drive
         error, largest = companions_apart(one, other, drive)
         if error < best[1]:
@@ -203,6 +203,12 @@ def _finer_space(
     if max(excess.values(), default=0.0) > 1.0:
         return rules.more_space(numerics, excess)
     return rules.more_nodes(numerics, min(error / goal, 40.0))
+
+
+def _finer(rules: Refinement, one: Simulation) -> Scene:
+    """Return the companion's scene: finer in space, for what turns, and in time."""
+    scene = finer(one.dynamics).compiled.scene
+    return replace(scene, numerics=rules.finer_time(scene.numerics))
 
 
 def _fixed(scene: Scene, numerics: Numerics) -> Scene:
