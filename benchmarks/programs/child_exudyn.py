@@ -173,7 +173,7 @@ def in_space(case, settings, mbs):
                 nodeNumber=node,
                 physicsMass=line * dl,
                 physicsInertia=[2 * turning * dl, across, across, 0, 0, 0],
-            )  # fmt: skip
+            )
         )
         if any(case["gravity"]):
             heavy = mbs.AddMarker(MarkerBodyMass(bodyNumber=body))
@@ -271,7 +271,7 @@ def solver_settings(case, settings, outputs):
 
 def once(case, settings, outputs):
     """Run; return (tip (outputs, 3), wall s, CPU s), or the reason why there is none."""
-    container, mbs, sensor = build(case, settings)
+    _container, mbs, sensor = build(case, settings)  # it must live as long as what it holds
     wanted = solver_settings(case, settings, outputs)
     begin, begin_cpu = time.perf_counter(), time.process_time()
     try:

@@ -181,7 +181,7 @@ def run(case, settings, limit):
         "h": period / settings["steps"],
         "strains": strains,
     }
-    first, _, each, coordinates = once(case, settings, 1)
+    _, _, each, coordinates = once(case, settings, 1)
     out = {"coordinates": coordinates, "steps": settings["steps"] * case["outputs"], "tip": []}
     if each * case["outputs"] > limit:
         expected = each * case["outputs"]

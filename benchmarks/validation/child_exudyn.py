@@ -47,7 +47,7 @@ def flying(mbs, job):
                 axialStiffness=data["stretch"],
                 shearStiffness=data["shear"],
                 includeReferenceRotations=True,
-            )  # fmt: skip
+            )
         )
     held = mbs.AddMarker(MarkerNodeRigid(nodeNumber=nodes[0]))
 

@@ -77,7 +77,7 @@ def static_error(
     start = prolong(dynamics.compiled, fine.compiled, q)
     held = None
     if free is not None and not free.all():
-        held = prolong(dynamics.compiled, fine.compiled, (~free).astype(float)) == 0.0
+        held = prolong(dynamics.compiled, fine.compiled, np.logical_not(free).astype(float)) == 0.0
     found = newton(fine, start, forcing, held)
     if found is None:
         return float("inf")
@@ -126,19 +126,19 @@ def motion_error(
     still = dynamics.residual(q, v, zero, dynamics.forcing(*forcing))
     mass = dynamics.last_tangent((0.0, 0.0, 1.0))
     a = -np.linalg.solve(mass, still)
-    up = prolong(dynamics.compiled, fine.compiled, np.array([q, v, a]))
+    up, fast, pushed = prolong(dynamics.compiled, fine.compiled, np.array([q, v, a]))
     jacobian = dynamics.tip_jacobian(q)[3:]
     speed, rise = (float(np.linalg.norm(jacobian @ x)) for x in (v, a))
     moved = max(moved, STILL * dynamics.compiled.length)
     lasting = min(elapsed, MEMORY, moved / max(speed, 1e-300), np.sqrt(moved / max(rise, 1e-300)))
-    residual = fine.residual(*up, fine.forcing(*forcing))
+    residual = fine.residual(up, fast, pushed, fine.forcing(*forcing))
     inertia = 1.0 / max(1e-9, lasting) ** 2
     matrix = fine.last_tangent((1.0, 0.0, inertia))
     try:
-        found = up[0] - np.linalg.solve(matrix, residual)
+        found = up - np.linalg.solve(matrix, residual)
     except np.linalg.LinAlgError:
         return float("inf")
-    way = np.abs(up[0] - found) * fine.model.weight
+    way = np.abs(up - found) * fine.model.weight
     if not np.isfinite(found).all() or way.max() > 2.0:
         return float("inf")
     return trust(dynamics) * tips_apart(dynamics, q, fine, found)

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from ..errors import NotResolved, SolverError
-from .dynamics import Dynamics
 from .bounds import Bounds
+from .dynamics import Dynamics
 from .inputs import Inputs
 from .orders import Order
 from .prolong import finer
@@ -64,6 +64,10 @@ class SpaceInputs(Inputs):
     def space(self) -> dict[str, float]:
         """Return estimate and limit by their keys in summary.json."""
         return {"error_rel": self.space_rel, "limit": self.space_limit}
+
+    def look(self) -> None:
+        """Look at the state of now."""
+        raise NotImplementedError
 
     def reset(self) -> None:
         """Go back to the initial state; the estimate begins anew."""

@@ -124,7 +124,7 @@ BYTES = {
 
 @pytest.mark.parametrize("name", [*BAD, *BYTES])
 def test_a_bad_message_costs_little_and_is_refused_on_one_short_line(gate, name):
-    key, message = BAD[name] if name in BAD else ("joint_command", None)
+    key, message = BAD.get(name, ("joint_command", None))
     data = BYTES[name] if message is None else bytes(serialize_message(message))
     begin = time.process_time()
     gate.receive(key, data)
