@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "requirements" / "tested.txt").read_text()
 LOCKED = dict(re.findall(r"^([a-z0-9-]+)==(\S+)$", TEXT, re.MULTILINE))
 DECLARED = runpy.run_path(str(Path(__file__).with_name("test_metadata.py")))["literals"]()
-REQUIREMENTS = sorted({*DECLARED["REQUIRES"], **chain.from_iterable(DECLARED["EXTRAS"].values())})
+REQUIREMENTS = sorted({*DECLARED["REQUIRES"], *chain.from_iterable(DECLARED["EXTRAS"].values())})
 
 
 def test_every_line_names_one_version():
