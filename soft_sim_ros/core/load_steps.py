@@ -12,7 +12,9 @@ from .kernels.newton import CONVERGED, REASONS, admissible
 from .model import Floats
 from .stability import Verdict, verdict
 
-MIN_LOAD_STEP = 1e-6
+# Of the load reached, and of the whole: a slender rod under tension bends under the least of it.
+MIN_LOAD_STEP, LEAST_LOAD_STEP = 1e-6, 1e-15
+MOST_TRIES = 300
 WATCHED = 1500
 # A series of strains whose last terms are this part of its largest does not show the shape.
 ENDED = 0.1
@@ -69,7 +71,9 @@ def walk(question: Question, q: Floats) -> End:
     reached, step, state = 0.0, 1.0, q.copy()
     previous: tuple[float, Floats] | None = None
     last: Verdict | None = None
+    tries = 0
     while reached < 1.0:
+        tries += 1
         share = min(1.0, reached + step)
         guess = state.copy()
         if previous is not None and reached > previous[0]:
@@ -82,7 +86,9 @@ def walk(question: Question, q: Floats) -> End:
                 found, why = None, in_words(judged)
         if found is None:
             step *= 0.25
-            if step < MIN_LOAD_STEP:
+            if tries >= MOST_TRIES:
+                why = f"{why}; {tries} steps along the load path have been tried"
+            if tries >= MOST_TRIES or step < max(MIN_LOAD_STEP * reached, LEAST_LOAD_STEP):
                 return End(state, reached, size, why, judged)
             continue
         previous = (reached, state)

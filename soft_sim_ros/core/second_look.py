@@ -13,10 +13,11 @@ from .continuation import trace
 from .dynamics import Dynamics
 from .kernels.newton import INVERTED, LAWLESS, REASONS
 from .load_path import whole_load
-from .load_steps import BUCKLES, End, Question, judge, newton, unresolved, walk
+from .load_steps import End, Question, judge, newton, unresolved, walk
 from .model import Floats
 
-STEPS = 200  # along the branch
+# Along the branch: most steps, and what n³ for every coordinate of n may add up to.
+STEPS, WORK = 200, 6e8
 LEVELS = 2  # how many times the numerics are made finer
 MOST = 400  # coordinates of the finer model
 SAME = 0.02  # of the share of the load at which two models end: they agree
@@ -47,10 +48,12 @@ def look_again(question: Question, start: Floats, end: End) -> End:
     found = _finer_end(question, start, end)
     why = end.why
     if found is not None and _further(found[1], end):
-        why = _coarse(question, *found)
-    elif end.verdict is not None or beyond is not None:
-        why += _advice(end, beyond is not None)
-    why += unresolved(question.dynamics, end.q)
+        why = _coarse(question, *found) + unresolved(question.dynamics, end.q)
+    else:
+        coarse = unresolved(question.dynamics, end.q)
+        why += coarse or _advice(end, found is not None)
+        if beyond is not None:
+            why += "; stable=False takes the equilibrium under the full load all the same"
     raise StaticsFailed(end.share, end.size, question.time, why)
 
 
@@ -63,7 +66,8 @@ def _by_arc_length(question: Question, end: End) -> Floats | None:
         return None
     dynamics = question.dynamics
     path = whole_load(dynamics, question.efforts, question.time, question.tip, question.tip_follows)
-    last = trace(dynamics, path, end.q, end.share, within=(0.0, 1.0), steps=STEPS)
+    steps = int(min(STEPS, WORK / dynamics.n**3 + 10))
+    last = trace(dynamics, path, end.q, end.share, within=(0.0, 1.0), steps=steps)
     if last is None or last[1] < 1.0:
         return None
     return newton(question, last[0], 1.0)[0]
@@ -111,10 +115,7 @@ def _coarse(question: Question, fine: Dynamics, last: End) -> str:
     )
 
 
-def _advice(end: End, beyond: bool) -> str:
-    """Say what else can be done where finer numerics say the same."""
-    lines = ["; finer numerics say the same" if end.why.startswith(BUCKLES[:8]) else ""]
-    if beyond:
-        lines.append("; stable=False takes the equilibrium under the full load all the same")
-    lines.append("; core.continuation.follow shows the branch")
-    return "".join(lines)
+def _advice(end: End, compared: bool) -> str:
+    """Say what else can be done where the numerics are not to blame."""
+    same = "; finer numerics say the same" if compared and end.verdict is not None else ""
+    return same + "; core.continuation.follow shows the branch"
