@@ -135,3 +135,21 @@ def test_a_recording_without_its_facts_is_refused(recording, call, capsys, tmp_p
 def test_machine_facts_are_in_the_recording(recording):
     facts = json.loads(read_run(recording).attachments["machine.json"])
     assert set(module.DECISIVE) <= set(facts)
+
+
+@pytest.mark.parametrize("poses", ["many", "1000000000", "nan"])
+def test_a_fact_that_is_none_is_bad_input(recording, call, capsys, tmp_path, poses):
+    assert call("rerun", rewrite(recording, tmp_path / "odd", poses=poses)) == 2
+    assert f"says poses = '{poses}': expected a whole number" in capsys.readouterr().err
+
+
+def test_what_is_no_number_is_within_no_tolerance(recording, call, capsys, monkeypatch, tmp_path):
+    def spoil(message):
+        nan = np.array([np.nan]).tobytes()
+        return message.data[:-8] + nan if message.topic.endswith("tip_pose") else message.data
+
+    changed = rewrite(recording, tmp_path / "changed", spoil)
+    here = module.machine_facts()
+    monkeypatch.setattr(module, "machine_facts", lambda: here | {"numba": "99.0"})
+    assert call("rerun", changed) == 1
+    assert "inf  largest difference on /soft_arm/tip_pose" in capsys.readouterr().out

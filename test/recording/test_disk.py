@@ -230,3 +230,21 @@ def test_a_run_faster_than_the_disk_can_wait_for_it(tmp_path: Path) -> None:
         assert source.put(bag)
     bag.close()
     assert (bag.written, bag.dropped) == (2000, 0)
+
+
+def test_closing_tries_a_failing_disk_again(tmp_path: Path, monkeypatch) -> None:
+    source, whole, failures = Source(), os.pwrite, iter([True] * 4)
+    bag = BagWriter(tmp_path / "run", TOPICS)
+    for _ in range(300):
+        assert source.put(bag)
+
+    def failing(*given: object) -> int:
+        if next(failures, False):
+            raise OSError(errno.EIO, "Input/output error")
+        return whole(*given)
+
+    monkeypatch.setattr(os, "pwrite", failing)
+    bag.close()
+    assert bag.complete and "Input/output error" in bag.error
+    assert (bag.written, bag.dropped) == (300, 0)
+    assert read_run(tmp_path / "run").backbone.time_ns.tolist() == source.taken
