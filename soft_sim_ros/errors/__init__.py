@@ -1,0 +1,44 @@
+"""Every error this package raises on purpose: each keeps its numbers and prints them."""
+
+from .accuracy import NotResolved, SearchSpent, ToleranceMissed
+from .base import SoftSimError
+from .call import BadArgument, CommandError, DeriveError, MissingExtra, NoSuchPlace, NotCopied
+from .recording import RecordingError, TornRecording, UnfitFile
+from .scene import SceneError
+from .solver import (
+    Diverged,
+    EnergyGained,
+    Inaccurate,
+    NewtonFailed,
+    NoBranch,
+    SolverError,
+    StaticsFailed,
+    TargetUnreachable,
+    UndampedFlutter,
+)
+
+__all__ = [
+    "BadArgument",
+    "CommandError",
+    "DeriveError",
+    "Diverged",
+    "EnergyGained",
+    "Inaccurate",
+    "MissingExtra",
+    "NewtonFailed",
+    "NoBranch",
+    "NoSuchPlace",
+    "NotCopied",
+    "NotResolved",
+    "RecordingError",
+    "SceneError",
+    "SearchSpent",
+    "SoftSimError",
+    "SolverError",
+    "StaticsFailed",
+    "TargetUnreachable",
+    "ToleranceMissed",
+    "TornRecording",
+    "UndampedFlutter",
+    "UnfitFile",
+]
