@@ -25,7 +25,7 @@ help:
 	@echo "make bench   run time against error, with peers: half an hour"
 	@echo "make validate  judged by others' results: some minutes; BANK=DIR for SoRoSim's bank"
 	@echo "make contract  tolerances against true errors: a few minutes"
-	@echo "make stress  the stability map: about ten minutes; make skip: what features cost"
+	@echo "make stress  the stability map: about twelve minutes; make skip: what features cost"
 	@echo "make realtime  times real time, and the node's share of a core"
 	@echo "make guard   whether steps cost more than they did: a minute"
 	@echo "make env     only the environment, in $(VENV)"

@@ -37,7 +37,7 @@ def main() -> int:
     parser.add_argument(
         "--gradient", type=int, default=300, help="every so many, too, by the discrete gradient"
     )
-    parser.add_argument("--equilibria", type=int, default=180, help="scenes at rest")
+    parser.add_argument("--equilibria", type=int, default=120, help="scenes at rest")
     parser.add_argument("--jobs", type=int, default=cores())
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
