@@ -162,7 +162,7 @@ class BagWriter:
     def wait_for_room(self, timeout: float = 10.0) -> bool:
         """Wait until the queue is at most half full: for runs that nobody waits for in real time.
 
-        Returns False if the disk fails or ``timeout`` seconds pass first.
+        Returns False if the disk fails or ``timeout`` s pass first.
         """
         deadline = time.monotonic() + timeout
         while self.queued_bytes > self.limit_bytes // 2:
@@ -174,9 +174,8 @@ class BagWriter:
     def close(self, timeout: float = 30.0) -> None:
         """Write what is queued, complete the recording and stop; a second call does nothing.
 
-        A disk that fails is tried again for CLOSING_PATIENCE s. If it does not take the rest, that
-        rest is counted as dropped and the recording stays as a torn one, readable up to there:
-        ``complete`` says which it is. Signals have to wait until it is done.
+        A disk that fails is tried again for CLOSING_PATIENCE s. What it does not take is counted,
+        and the recording stays torn, readable up to there: ``complete`` tells. Signals wait.
         """
         with self._gate:
             self._open = False
@@ -205,10 +204,7 @@ class BagWriter:
             self._give_up()
 
     def _there(self, at_once: bool = False) -> bool:
-        """Look now and then whether the files are still there; end the recording if they are not.
-
-        A finished part of a long recording that is taken away costs only itself.
-        """
+        """Look now and then for the files; without the one being written the recording ends."""
         now = time.monotonic()
         if now - self._looked_at < _LOOK_PERIOD and not at_once:
             return True
@@ -224,7 +220,7 @@ class BagWriter:
         try:
             self._bag.let_go()
         except OSError:
-            self._failing = True  # the disk of the moved file is full, too; what it holds counts
+            self._failing = True  # a full disk, too; what the moved file holds counts
         self._give_up()
         self.error = f"{trouble}: nothing is recorded any more"
         self._on_loss(self.error)

@@ -16,7 +16,7 @@ import os
 import pickle
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +63,8 @@ def cache_directory() -> Path:
 _complaints: list[str] = []
 _said: set[str] = set()
 _FOLDER = cache_directory()
+with suppress(OSError):  # said when something is to be kept
+    make_private(_FOLDER)  # numba would make it as open as the umask lets it
 
 
 def _say() -> None:
