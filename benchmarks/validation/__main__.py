@@ -53,6 +53,12 @@ def jobs(where: Path | None) -> dict[str, Callable[[], Any]]:
     return out
 
 
+def kept() -> dict[str, Any]:
+    """Return what was found so far, by name, in the order of the comparisons."""
+    found: dict[str, Any] = json.loads(FILE.read_text()) if FILE.is_file() else {}
+    return {name: found[name] for name in jobs(Path()) if name in found}
+
+
 def main() -> None:
     """Parse, compare, write."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.validation", description=__doc__)
@@ -64,17 +70,16 @@ def main() -> None:
     for name in chosen:
         if name not in todo:
             parser.error(f"{name} needs --bank DIR")
-    kept: dict[str, Any] = json.loads(FILE.read_text()) if FILE.is_file() else {}
     RESULTS.mkdir(exist_ok=True)
     for name in chosen:
         begin = time.monotonic()
-        kept[name] = {"found": todo[name](), "machine": machine.facts()}
-        FILE.write_text(json.dumps(kept, indent=1) + "\n")
+        entry = {"found": todo[name](), "machine": machine.facts()}
+        FILE.write_text(json.dumps(kept() | {name: entry}, indent=1) + "\n")
         print(f"{name}: {time.monotonic() - begin:.0f} s", flush=True)
     if not given.bank:
         print("SoRoSim's bank: not given (--bank DIR), its entries are those of an earlier run")
-    pictures.main(kept)
-    pages.main(kept)
+    pictures.main(kept())
+    pages.main(kept())
 
 
 if __name__ == "__main__":

@@ -46,6 +46,10 @@ def overview(found: Found) -> list[tuple[str, str, str, str, str, str]]:
             COMMAND + "princeton",
         ))  # fmt: skip
         rows.append((
+            "ANSYS (solid)", "the same", size(worst["ansys_solid"]), "a solid is not a beam",
+            "the same", COMMAND + "princeton",
+        ))  # fmt: skip
+        rows.append((
             "Exudyn, 16 elements", "the same, their torsion constant", size(worst["exudyn16"]),
             "6e-4: 16 elements", "Exudyn's tests, BSD-3-Clause", COMMAND + "princeton",
         ))  # fmt: skip
@@ -179,13 +183,19 @@ def scores_text(found: Found) -> list[str]:
         (row["experiment"], row["metric"] or "–",
          size(row["score"]) if row["outcome"] == "completed"
          else f"{row['outcome']}: {', '.join(row['missing']) or row['reason']}",
-         f"{size(row['published'])} ({row['published_by']})" if row["published"] else "–",
+         size(row["known"]),
          row["floor"] or "–")
         for row in found.get("cosseratbench", [])
     ]  # fmt: skip
     if not rows:
         return []
-    head = ("experiment", "metric", "our score", "published, best", "what its reference can tell")
+    head = (
+        "experiment",
+        "metric",
+        "our score",
+        "its PyElastica and MuJoCo, the better",
+        "what its reference can tell",
+    )
     return ["**cosseratbench**, at its default settings:", "", *table(head, rows)]
 
 

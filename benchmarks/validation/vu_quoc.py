@@ -189,7 +189,7 @@ def compare_elbow(outputs: int = 300) -> tuple[dict[str, Any], Floats, Floats]:
     leg, times = float(LOADED["leg"]), np.linspace(0.0, LOADED["duration"], outputs + 1)
     mine, _ = run(elbow(outputs), outputs, 3, (1, 2))
     fine, _ = run(elbow(outputs, 4, 3, 1e-7), outputs, 3, (1, 2))
-    theirs, moved = extrapolated("elbow", outputs, ((16, 2), (32, 4)), tolerance=1e-5)
+    theirs, moved = extrapolated("elbow", outputs, ((16, 1), (32, 2)), tolerance=1e-4)
     curves = {}
     for k, (name, figure) in enumerate(digitised().items()):
         until = 5.0 if name == "corner" else 10.0

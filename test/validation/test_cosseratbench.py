@@ -38,7 +38,11 @@ def test_the_pendulum_is_laid_along_its_centre_line_and_keeps_its_swing():
     assert 0.01 < moved < 0.05
 
 
-@pytest.mark.parametrize("name", ["crossing", "capstan", "pile", "twist"])
+def test_ropes_that_cross_need_contact_and_so_are_unsupported():
+    assert load_experiment("crossing").requires - SoftSimRos.capabilities
+
+
+@pytest.mark.parametrize("name", ["capstan", "pile", "twist"])
 def test_what_needs_contact_or_a_held_far_end_is_unsupported(name):
     result = scored(name)
     assert result.outcome == "unsupported"

@@ -1,11 +1,9 @@
 """Every judge in the tables has its source, its own accuracy, our error, and the command."""
 
-import json
-
 
 def test_every_row_names_source_accuracy_error_and_command(module):
     pages = module("pages")
-    kept = json.loads(module("__main__").FILE.read_text())
+    kept = module("__main__").kept()
     rows = pages.overview({name: part["found"] for name, part in kept.items()})
     assert len(rows) > 10
     for row in rows:
@@ -17,7 +15,7 @@ def test_every_row_names_source_accuracy_error_and_command(module):
 
 def test_the_pages_show_what_was_found(module):
     pages = module("pages")
-    kept = json.loads(module("__main__").FILE.read_text())
+    kept = module("__main__").kept()
     root = pages.ROOT
     assert pages.text(kept) in (root / "docs" / "validation.md").read_text()
     assert pages.short_text(kept) in (root / "README.md").read_text()
