@@ -14,6 +14,8 @@ from .inputs import Inputs, Order
 from .refinement import Refinement
 from .simulation import Simulation
 
+LOOK_NS, MOST_STEPS = 4_000_000, 4  # between two looks, but always after a step
+
 
 class WatchedInputs(Inputs):
     """Inputs of a simulation that are given to a finer companion, too.
@@ -53,6 +55,7 @@ class WatchedInputs(Inputs):
         self.trust = factor(ASSUMED) if scene.numerics.trust is None else scene.numerics.trust
         self._shadow = Inputs(self.companion, command_timeout, ramp)
         self._complain = complain
+        self._every = max(1, min(MOST_STEPS, LOOK_NS // simulation.step_ns))
         self._tips = [s.sampler(2) for s in (simulation, self.companion)]
 
     def take(self, order: Order) -> None:
@@ -61,22 +64,28 @@ class WatchedInputs(Inputs):
         self._shadow.take(order)
 
     def advance(self, steps: int) -> None:
-        """Advance both by ``steps``, and compare their tips after each."""
-        for _ in range(steps):
-            super().advance(1)
-            self._follow()
+        """Advance both by ``steps``, and compare their tips every few steps.
 
-    def _follow(self) -> None:
-        """Let the companion make the step, too, and compare."""
+        Those are the same steps however many are made at once.
+        """
+        while steps > 0:
+            some = min(steps, self._every - self.simulation.step_index % self._every)
+            super().advance(some)
+            self._follow(some)
+            steps -= some
+
+    def _follow(self, steps: int) -> None:
+        """Let the companion make the steps, too, and compare if it is time to."""
         if self.error_rel == np.inf:
             return
         before = self.missed
         try:
-            self._shadow.advance(1)
-            poses = [sampler.poses()[-1:] for sampler in self._tips]
-            apart, angle = distances(poses[0], poses[1], self.simulation.length)[-1].tolist()
-            self.error_rel = max(self.error_rel, self.trust * apart)
-            self.error_rad = max(self.error_rad, self.trust * angle)
+            self._shadow.advance(steps)
+            if self.simulation.step_index % self._every == 0:
+                poses = [sampler.poses()[-1:] for sampler in self._tips]
+                apart, angle = distances(poses[0], poses[1], self.simulation.length)[-1].tolist()
+                self.error_rel = max(self.error_rel, self.trust * apart)
+                self.error_rad = max(self.error_rad, self.trust * angle)
         except SolverError:
             self.error_rel = self.error_rad = np.inf
         if not before and self.missed:
