@@ -34,7 +34,6 @@ from .kinds import KINDS, Kind
 from .programs import ours, settings
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
-HARD_TOLERANCES = (1e-2, 1e-3)
 WITHIN, SHARE = 10.0, 0.95
 RESULT = reference.RESULTS / "contract.json"
 
@@ -141,7 +140,7 @@ def main(names: Sequence[str]) -> int:
         "case            tolerance  error    estimate  est./error  coordinates  run CPU  search CPU"
     )
     for name in names:
-        for tolerance in TOLERANCES if name in CASES else HARD_TOLERANCES:
+        for tolerance in TOLERANCES if name in CASES else KINDS[name].tolerances:
             if name in CASES:
                 entry = entry_of(CASES[name], tolerance)
             else:

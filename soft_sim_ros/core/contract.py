@@ -29,7 +29,7 @@ from .search import LIMIT, Search, Spent, Verdict
 ROUNDS, PATIENCE, GAIN = 12, 3, 1.5
 # Tips so far apart, over the length, have nothing to do with each other: then it counts how much
 # longer a choice holds than the one before, once it holds for a part SEEN of the run.
-LOST, SEEN = 0.1, 0.05
+LOST, SEEN = 0.1, 0.02
 
 
 @dataclass(frozen=True)
@@ -119,13 +119,11 @@ def _look(
     search: Search, scene: Scene, found: list[Verdict], say: Callable[[str], None]
 ) -> Choice | None:
     """Refine until the tolerance is met, or give up; ``found`` is what was tried."""
-    numerics, excess, stuck = search.rules.first(), float("inf"), 0
+    numerics, excess, stuck, lost = search.rules.first(), float("inf"), 0, 0
     for rounds in range(ROUNDS):
         before = excess
         verdict = search.judge(numerics)
-        if found and _hopeless(found[-1], verdict, ROUNDS - 1 - rounds):
-            found.append(verdict)
-            return None
+        lost = lost + 1 if found and _hopeless(found[-1], verdict, ROUNDS - 1 - rounds) else 0
         if verdict.excess <= 1.0:
             verdict = search.judge(numerics, thoroughly=True)
         found.append(verdict)
@@ -134,7 +132,7 @@ def _look(
             return _choice(scene, verdict, rounds)
         excess = verdict.excess
         stuck = stuck + 1 if excess > before / GAIN else 0
-        if stuck == PATIENCE:
+        if stuck == PATIENCE or lost == 2:
             return None
         refined = search.refined(verdict, slow=stuck > 0)
         if refined == numerics:

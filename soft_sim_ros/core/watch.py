@@ -18,6 +18,8 @@ from .refinement import Refinement
 from .simulation import Simulation
 from .space_watch import LookedInputs, has_space
 
+LOOK_NS, LOOK_STEPS = 4_000_000, 4  # between two looks, but always after a step
+
 
 class WatchedInputs(Inputs):
     """Inputs of a simulation that are given to a finer companion, too.
@@ -58,6 +60,7 @@ class WatchedInputs(Inputs):
         self.trust = factor(ASSUMED) if scene.numerics.trust is None else scene.numerics.trust
         self._shadow = Inputs(self.companion, command_timeout, ramp)
         self._complain = complain
+        self._every = max(1, min(LOOK_STEPS, LOOK_NS // simulation.step_ns))
         self._tips = [s.sampler(2) for s in (simulation, self.companion)]
 
     def take(self, order: Order) -> None:
@@ -68,22 +71,32 @@ class WatchedInputs(Inputs):
         self._shadow.take(order)
 
     def advance(self, steps: int) -> None:
-        """Advance both by ``steps``, and compare their tips after each."""
-        for _ in range(whole("steps", steps, 0, MOST_STEPS)):
-            super().advance(1)
+        """Advance both by ``steps``, and compare their tips every few steps.
+
+        Those are the same steps however many are made at once.
+        """
+        steps = whole("steps", steps, 0, MOST_STEPS)
+        while steps > 0:
+            some = min(steps, self._every - self.simulation.step_index % self._every)
+            super().advance(some)
             self._follow()
+            steps -= some
 
     def _follow(self) -> None:
-        """Bring the companion to where the simulation is: an interrupt may have kept it behind."""
+        """Bring the companion to where the simulation is, and compare if it is time to.
+
+        An interrupt may have kept it behind.
+        """
         if self.error_rel == np.inf:
             return
         before = self.missed
         try:
             self._shadow.advance(self.simulation.step_index - self.companion.step_index)
-            poses = [sampler.poses()[-1:] for sampler in self._tips]
-            apart, angle = distances(poses[0], poses[1], self.simulation.length)[-1].tolist()
-            self.error_rel = max(self.error_rel, self.trust * apart)
-            self.error_rad = max(self.error_rad, self.trust * angle)
+            if self.simulation.step_index % self._every == 0:
+                poses = [sampler.poses()[-1:] for sampler in self._tips]
+                apart, angle = distances(poses[0], poses[1], self.simulation.length)[-1].tolist()
+                self.error_rel = max(self.error_rel, self.trust * apart)
+                self.error_rad = max(self.error_rad, self.trust * angle)
         except SolverError:
             self.error_rel = self.error_rad = np.inf
         if not before and self.missed:

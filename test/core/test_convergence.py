@@ -139,7 +139,7 @@ def test_a_companion_is_trusted_as_far_as_the_search_saw_it_get_better():
     assert WatchedInputs(Simulation(plainly), 0.0, 0.0).trust == factor(1.0 / 3.0)
 
 
-def test_a_watched_run_is_compared_after_every_step_however_many_are_made_at_once():
+def test_a_watched_run_is_compared_at_the_same_steps_however_many_are_made_at_once():
     scene = settled(kicked({"tolerance": 1e-2}))
     one, many = (WatchedInputs(Simulation(scene), 0.0, 0.0) for _ in range(2))
     for _ in range(40):
