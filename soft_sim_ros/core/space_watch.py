@@ -62,6 +62,9 @@ class SpaceInputs(Inputs):
         """Return estimate and limit by their keys in summary.json."""
         return {"error_rel": self.space_rel, "limit": self.space_limit}
 
+    def look(self) -> None:
+        """Look at the state of now."""
+
     def reset(self) -> None:
         """Go back to the initial state; the estimate begins anew."""
         super().reset()

@@ -154,7 +154,8 @@ def companions_apart(one: Simulation, other: Simulation, drive: Drive) -> tuple[
     largest = np.zeros(other.n_coordinates)
     runs: list[list[Floats]] = []
     for simulation in (one, other):
-        sampler, tips = simulation.sampler(2), []
+        sampler = simulation.sampler(2)
+        tips: list[Floats] = []
         first = simulation.statistics().steps
 
         def see(
