@@ -10,6 +10,7 @@ import warnings
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import NotResolved
 from ..scene.numerics import FIXED_ORDER
@@ -40,7 +41,7 @@ class Forcing(NamedTuple):
 
 
 def newton(
-    dynamics: Dynamics, q: Floats, forcing: Forcing, free: Floats | None = None
+    dynamics: Dynamics, q: Floats, forcing: Forcing, free: NDArray[np.bool_] | None = None
 ) -> Floats | None:
     """Return the equilibrium (n,) that Newton's method finds from q, or None."""
     mask = np.ones(dynamics.n, dtype=bool) if free is None else free
@@ -63,7 +64,7 @@ def newton(
 
 
 def static_error(
-    dynamics: Dynamics, q: Floats, forcing: Forcing, free: Floats | None = None
+    dynamics: Dynamics, q: Floats, forcing: Forcing, free: NDArray[np.bool_] | None = None
 ) -> float:
     """Return how far off the tip of an equilibrium q (n,) is in space, over the length.
 
@@ -126,12 +127,12 @@ def motion_error(
     still = dynamics.residual(q, v, zero, dynamics.forcing(*forcing))
     mass = dynamics.last_tangent((0.0, 0.0, 1.0))
     a = -np.linalg.solve(mass, still)
-    up, fast, pushed = prolong(dynamics.compiled, fine.compiled, np.array([q, v, a]))
+    up, rate, push = prolong(dynamics.compiled, fine.compiled, np.array([q, v, a]))
     jacobian = dynamics.tip_jacobian(q)[3:]
     speed, rise = (float(np.linalg.norm(jacobian @ x)) for x in (v, a))
     moved = max(moved, STILL * dynamics.compiled.length)
     lasting = min(elapsed, MEMORY, moved / max(speed, 1e-300), np.sqrt(moved / max(rise, 1e-300)))
-    residual = fine.residual(up, fast, pushed, fine.forcing(*forcing))
+    residual = fine.residual(up, rate, push, fine.forcing(*forcing))
     inertia = 1.0 / max(1e-9, lasting) ** 2
     matrix = fine.last_tangent((1.0, 0.0, inertia))
     try:
@@ -153,7 +154,7 @@ def tell_if_coarse(
     dynamics: Dynamics,
     q: Floats,
     forcing: Forcing,
-    free: Floats | None = None,
+    free: NDArray[np.bool_] | None = None,
     *,
     stacklevel: int = 3,
 ) -> None:

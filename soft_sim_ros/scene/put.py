@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import yaml
 
 from soft_sim_ros.errors import SceneError
-from soft_sim_ros.scene.document import Document
+from soft_sim_ros.scene.document import Document, is_null
 from soft_sim_ros.scene.edit import child, names
 
 MAP, TEXT = "tag:yaml.org,2002:map", "tag:yaml.org,2002:str"
@@ -70,6 +70,8 @@ def _with(
         index = next(i for i, item in enumerate(items) if item is entry)
         items[index] = _with(items[index], rest, value, shared or _aliased(node, index), file, path)
         return _renewed(node, items, shared)
+    if is_null(node):  # a key with nothing after it
+        node = yaml.MappingNode(MAP, [], node.start_mark, node.end_mark, flow_style=False)
     if not isinstance(node, yaml.MappingNode) or isinstance(first, int):
         raise SceneError(file, path, str(first), "a path through mappings and lists of the scene")
     pairs = list(node.value)
