@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import StaticsFailed, UndampedFlutter
 from .dynamics import Dynamics
@@ -76,7 +77,7 @@ def equilibrium(
     """
     n = dynamics.n
     state = np.zeros(n) if q is None else dynamics.coordinates(q).copy()
-    mask = np.ones(n, dtype=bool) if free is None else np.asarray(free)
+    mask: NDArray[np.bool_] = np.ones(n, dtype=bool) if free is None else np.asarray(free)
     if mask.shape != (n,) or mask.dtype != bool:
         raise ValueError(f"free must be {n} truth values, not {free!r}")
     if not mask.any():
