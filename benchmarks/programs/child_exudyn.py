@@ -15,6 +15,7 @@ the internal moment belongs to the section's frame, so M × κ acts along it.
 """
 
 import json
+import os
 import resource
 import sys
 import time
@@ -324,10 +325,12 @@ def run(case, settings, limit):
 def main():
     """Read the job, print a line per run."""
     job = json.load(sys.stdin)
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # Exudyn prints why a solver failed, from C++
     resource.setrlimit(resource.RLIMIT_CPU, (job["everything"], job["everything"]))
     for settings in job["settings"]:
         result = run(job["case"], settings, job["limit"])
-        print(json.dumps(result | {"settings": settings}), flush=True)
+        print(json.dumps(result | {"settings": settings}), file=answers, flush=True)
 
 
 if __name__ == "__main__":

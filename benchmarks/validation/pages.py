@@ -76,7 +76,7 @@ def overview(found: Found) -> list[tuple[str, str, str, str, str, str]]:
         rows.append((
             "Simo, Vu-Quoc 1988", "elbow, printed curves",
             f"rms {size(max(curve['rms'] for curve in curves.values()))}",
-            "2e-2: a figure, steps of 0.25 s", "digitised by AeroBeams, MIT", COMMAND + "elbow",
+            "a figure; Exudyn is as far from it", "digitised by AeroBeams, MIT", COMMAND + "elbow",
         ))  # fmt: skip
     for row in found.get("cosseratbench", []):
         said = size(row["score"]) if row["outcome"] == "completed" else row["outcome"]

@@ -101,7 +101,7 @@ def within_digits(shape: Shape) -> tuple[float, Shape]:
     return apart(ours(best), shape.positions), best
 
 
-def statics(shapes: list[Shape], checked: int = 20) -> dict[str, Any]:
+def statics(shapes: list[Shape], checked: int = 10) -> dict[str, Any]:
     """Compare all shapes; ``checked`` of them with the boundary-value problem, too."""
     begin = time.thread_time()
     found = {shape.name: ours(shape) for shape in shapes}
