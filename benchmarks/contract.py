@@ -152,8 +152,9 @@ def main(names: Sequence[str]) -> int:
     bad = [entry for entry in entries if not honest(entry)]
     near = int(np.sum((ratios >= 1.0) & (ratios <= WITHIN)))
     print(f"completed: {len(done)}; refused: {len(entries) - len(done)}; not honest: {len(bad)}")
-    print(f"estimate over error: {ratios.min():.2f} to {ratios.max():.2f}")
-    print(f"in 1 to {WITHIN:g}: {near} of {len(done)}")
+    if done:
+        print(f"estimate over error: {ratios.min():.2f} to {ratios.max():.2f}")
+        print(f"in 1 to {WITHIN:g}: {near} of {len(done)}")
     _keep(entries)
     return 1 if bad or near < SHARE * len(done) else 0
 

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 MOST_PIECES = 256
 DEGREE, FIT = 6, 0.05  # of the polynomial on a piece, and its error over the largest value there
 
+SLIGHT = 1e-3  # rad: a reference shape that turns by less in all is taken for straight
+
 
 def cuts(section: Section) -> tuple[float, ...]:
     """Return the places x in (0, 1) where a section is cut for its data's sake.
@@ -58,9 +60,9 @@ def _data(section: Section, x: Floats) -> tuple[Floats, Floats]:
     with np.errstate(all="ignore"):
         columns = [stiffness, 1.0 / stiffness, section.damping(x), section.inertia(x)]
     own = np.concatenate(columns, axis=1)
-    bend = np.abs(strain[:, :3]).max()
+    bend = max(np.abs(strain[:, :3]).max(), SLIGHT / section.length)
     scale = np.concatenate(
-        [np.full(own.shape[1], np.nan), np.full(3, bend), np.abs(strain[:, 3:]).max(axis=0)]
+        [np.full(own.shape[1], np.nan), np.full(3, bend), np.full(3, np.abs(strain[:, 3:]).max())]
     )
     values = np.concatenate([own, strain], axis=1)
     varies = np.isfinite(values).all(axis=0)

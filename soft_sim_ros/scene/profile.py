@@ -163,13 +163,22 @@ def _table(reader: Reader, key: str, rows: Floats, length: float, interpolation:
 
 def _check(reader: Reader, key: str, profile: Profile, length: float, within: Interval) -> None:
     """Refuse profiles that leave their interval, between the points of a table as well."""
+    _check_values(reader, key, profile, length, within, CHECKED)
+    try:
+        with np.errstate(all="ignore"):
+            places = profile.resolving
+    except Unresolved as error:
+        reader.refuse(str(error), key)
+    _check_values(reader, key, profile, length, within, np.union1d(profile.knots, places))
+
+
+def _check_values(
+    reader: Reader, key: str, profile: Profile, length: float, within: Interval, places: Floats
+) -> None:
+    """Refuse values at some places that leave their interval."""
     with np.errstate(all="ignore"):
         try:
-            profile(CHECKED)
-            places = np.union1d(CHECKED, profile.resolving)
             values = profile(places)
-        except Unresolved as error:
-            reader.refuse(str(error), key)
         except (TypeError, ValueError, ArithmeticError) as error:
             reader.refuse(f"a function of arc lengths (N,) in m ({error})", key)
     for x, value in zip(places, values, strict=True):

@@ -114,3 +114,14 @@ def test_a_narrow_reference_curvature_is_cut():
     fold = {"expression": "500*exp(-((s - 0.2)/0.001)**2)"}
     cuts = section_of(reference={"curvature": [0.0, fold, 0.0]}).cuts
     assert np.abs(0.3 * np.array(cuts) - 0.2).min() < 4e-3
+
+
+@pytest.mark.parametrize("bend", [0.0, 2.0])
+def test_round_off_of_a_centre_line_is_no_feature(bend):
+    s = np.linspace(0.0, 0.3, 12)
+    turn = bend * s
+    side = s if bend == 0.0 else np.sin(turn) / bend
+    up = np.zeros(12) if bend == 0.0 else (1.0 - np.cos(turn)) / bend
+    points = np.stack([0.8 * side, 0.6 * side, up], axis=1)
+    reference = {"centre_line": {"points": points.tolist()}}
+    assert section_of(reference=reference).cuts == ()
