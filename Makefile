@@ -18,7 +18,7 @@ help:
 	@echo "make test    all tests"
 	@echo "make bench   run time against error, with peers: under half an hour"
 	@echo "make contract  tolerances against true errors: a minute and a half"
-	@echo "make stress  the stability map: about ten minutes; make skip: what features cost"
+	@echo "make stress  the stability map: about twelve minutes; make skip: what features cost"
 	@echo "make realtime  times real time, and the node's share of a core"
 	@echo "make guard   whether steps cost more than they did: a minute"
 	@echo "make env     only the environment, in $(VENV)"

@@ -157,6 +157,28 @@ class StaticsFailed(SolverError):
         self.load_factor, self.residual, self.why = load_factor, residual, why
 
 
+class UndampedFlutter(UserWarning):
+    """About an equilibrium without any damping small swings grow, under moments or followers.
+
+    Parameters
+    ----------
+    growth : in 1/s
+    hertz : frequency of the swing in Hz
+    """
+
+    def __init__(self, growth: float, hertz: float) -> None:
+        super().__init__(growth, hertz)
+        self.growth, self.hertz = growth, hertz
+
+    def __str__(self) -> str:
+        """Put the numbers in a sentence."""
+        return (
+            f"the equilibrium flutters: a swing of {self.hertz:.3g} Hz about it grows by "
+            f"{self.growth:.3g} 1/s under moments or loads that follow the arm; the scene has no "
+            "damping (material.viscosity) that would decide whether the arm does"
+        )
+
+
 class NoBranch(SoftSimError):
     """No branch of equilibria can be followed from where it was looked for.
 

@@ -1,6 +1,7 @@
 """Draw the stability map: ``python -m benchmarks.stress``.
 
-Writes benchmarks/results/stress.json, a list with an entry per scene, and stress.png.
+Writes benchmarks/results/stress.json, a list with an entry per scene, and stress.png; and
+equilibria.json, the same for equilibria under dead moments and loads that follow.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import json
 import sys
 import time
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ from soft_sim_ros.batch.workers import cores, in_processes
 from soft_sim_ros.commands.progress import Line, bar
 
 from .. import machine
+from .equilibria import judge_equilibrium, loads
 from .judge import judge
 from .plots import draw
 from .scenes import cases, real_cases
@@ -34,6 +37,7 @@ def main() -> int:
     parser.add_argument(
         "--gradient", type=int, default=300, help="every so many, too, by the discrete gradient"
     )
+    parser.add_argument("--equilibria", type=int, default=120, help="scenes at rest")
     parser.add_argument("--jobs", type=int, default=cores())
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
@@ -43,23 +47,46 @@ def main() -> int:
         for number, case in enumerate(drawn)
     ]
     judge(*tasks[0])  # compiles the kernels, once
-    entries: list[dict[str, Any] | None] = [None] * len(tasks)
-    line, begin = Line(), time.monotonic()
-    for done, (number, answer) in enumerate(in_processes(judge, tasks, given.jobs), start=1):
-        if isinstance(answer, Exception):
-            raise answer
-        entries[number] = answer
-        line.show(f"{bar(done, len(tasks))} {done} of {len(tasks)} scenes")
-    line.clear()
-    judged = [entry for entry in entries if entry is not None]
+    begin = time.monotonic()
+    judged = _judged(judge, tasks, given.jobs, "scenes")
+    at_rest = _judged(
+        judge_equilibrium, [(load,) for load in loads(given.equilibria)], given.jobs, "equilibria"
+    )
     here = machine.facts()
     given.out.mkdir(parents=True, exist_ok=True)
-    text = ",\n".join(json.dumps(entry) for entry in judged)
-    (given.out / "stress.json").write_text(f"[\n{text}\n]\n")
+    for name, entries in (("stress", judged), ("equilibria", at_rest)):
+        text = ",\n".join(json.dumps(entry) for entry in entries)
+        (given.out / f"{name}.json").write_text(f"[\n{text}\n]\n")
     draw(judged, given.out / "stress.png")
     facts = here | {"wall_s": round(time.monotonic() - begin), "jobs": given.jobs}
     (given.out / "stress_machine.json").write_text(json.dumps(facts, indent=1) + "\n")
-    return tell(judged, time.monotonic() - begin)
+    return max(tell(judged, time.monotonic() - begin), tell_equilibria(at_rest))
+
+
+def _judged(
+    judge: Callable[..., dict[str, Any]], tasks: list[tuple], jobs: int, what: str
+) -> list[dict[str, Any]]:
+    """Return what ``judge`` says of all tasks, in their order."""
+    entries: list[dict[str, Any]] = [{}] * len(tasks)
+    line = Line()
+    for done, (number, answer) in enumerate(in_processes(judge, tasks, jobs), start=1):
+        if isinstance(answer, Exception):
+            raise answer
+        entries[number] = answer
+        line.show(f"{bar(done, len(tasks))} {done} of {len(tasks)} {what}")
+    line.clear()
+    return entries
+
+
+def tell_equilibria(judged: list[dict[str, Any]]) -> int:
+    """Print how verdicts of stability came out; return 1 if one is wrong."""
+    print(f"{len(judged)} equilibria: {dict(Counter(e['outcome'] for e in judged))}")
+    runs = Counter(e["run"] if isinstance(e["run"], str) else "run" for e in judged)
+    print(f"  looked at by a pushed finer model: {dict(runs)}")
+    wrong = [e for e in judged if e["wrong"] is not None]
+    for entry in wrong:
+        print(entry)
+    return 1 if wrong else 0
 
 
 def tell(judged: list[dict[str, Any]], seconds: float) -> int:

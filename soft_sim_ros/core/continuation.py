@@ -20,12 +20,13 @@ from .dynamics import Dynamics
 from .load_path import LoadPath
 from .model import Floats
 from .special_points import BIFURCATION, LIMIT, SpecialPoint, special_points
-from .statics import unstable_directions
+from .stability import unstable_directions
 
 __all__ = ["BIFURCATION", "LIMIT", "Branch", "SpecialPoint", "follow", "switch"]
 
 LARGEST_TURN = 0.3  # rad that the tangent may turn in one step
 MIN_STEP = 1e-7
+STEP, LARGEST_STEP, TOLERANCE = 0.02, 0.1, 1e-11
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,8 @@ class Branch:
     ----------
     loads : (P,) λ
     q : (P, n) coordinates
-    unstable : (P,) number of directions in which the arm leaves the equilibrium without swinging
+    unstable : (P,) number of directions in which the arm leaves the equilibrium by itself; under
+        loads that follow, of a swing that grows, two
     special : limit points and bifurcations, in order
     ended_by : ``load`` (the end of the range was met), ``steps`` or ``refused: …``
     """
@@ -61,9 +63,9 @@ def follow(
     within: tuple[float, float],
     downwards: bool = False,
     steps: int = 300,
-    step: float = 0.02,
-    max_step: float = 0.1,
-    tolerance: float = 1e-11,
+    step: float = STEP,
+    max_step: float = LARGEST_STEP,
+    tolerance: float = TOLERANCE,
 ) -> Branch:
     """Follow the branch of equilibria through (q, load).
 
@@ -86,8 +88,9 @@ def follow(
     Notes
     -----
     A step is shortened where the branch turns by more than 0.3 rad or Newton's method fails; if
-    it cannot be made, the branch so far is returned with ``ended_by`` = "refused: …". Stability
-    is static stability, under dead loads and loads that follow (``complex_modes`` sees flutter).
+    it cannot be made, the branch so far is returned with ``ended_by`` = "refused: …". What is
+    stable is what ``equilibrium`` calls so; special points are static, where flutter begins is seen
+    from ``unstable`` only.
     """
     curve = Curve(dynamics, path, within)
     _check(curve, load, steps=steps, step=step, max_step=max_step, tolerance=tolerance)
@@ -147,11 +150,55 @@ def _check(curve: Curve, load: float, **above_zero: float) -> None:
         raise ValueError(f"the branch starts at the load {load:g}, not within {curve.within}")
 
 
+def trace(
+    dynamics: Dynamics,
+    path: LoadPath,
+    q: Floats,
+    load: float,
+    *,
+    within: tuple[float, float],
+    steps: int,
+) -> tuple[Floats, float] | None:
+    """Return the last point (q, λ) of the branch upwards from (q, load), as ``follow`` would find.
+
+    None if there is no equilibrium there. Special points are not looked for, nor stability.
+    """
+    curve = Curve(dynamics, path, within)
+    vertical = np.append(np.zeros(dynamics.n), 1.0)
+    start = curve.correct(np.append(q, load) / curve.scale, vertical, TOLERANCE)
+    if start is None:
+        return None
+    points = _steps(curve, start, steps, STEP, LARGEST_STEP, TOLERANCE)[0]
+    return curve.split(points[-1].u)
+
+
 def _march(
     curve: Curve, start: State, steps: int, step: float, max_step: float, tolerance: float
 ) -> Branch:
     """Return the branch from ``start`` along its tangent."""
-    points, special = [start], []
+    points, lengths, ended = _steps(curve, start, steps, step, max_step, tolerance)
+    special: list[SpecialPoint] = []
+    for i, length in enumerate(lengths):
+        special += special_points(curve, points[i], points[i + 1], length, tolerance, i)
+    pairs = [curve.split(point.u) for point in points]
+    unstable = []
+    for point in points:
+        curve.residual(point.u)
+        unstable.append(unstable_directions(curve.dynamics))
+    return Branch(
+        loads=np.array([load for _, load in pairs]),
+        q=np.array([q for q, _ in pairs]),
+        unstable=np.array(unstable),
+        special=tuple(special),
+        ended_by=ended,
+    )
+
+
+def _steps(
+    curve: Curve, start: State, steps: int, step: float, max_step: float, tolerance: float
+) -> tuple[list[State], list[float], str]:
+    """Return points along the branch from ``start``, the steps between them, and why it ended."""
+    points, lengths = [start], []
     low, high = np.array(curve.within) / curve.range
     ended = "steps"
     while len(points) < steps:
@@ -180,22 +227,11 @@ def _march(
             along = end.tangent * np.sign(end.tangent @ here.tangent)
             found = end._replace(tangent=along)
             step = float((found.u - here.u) @ here.tangent)
-        special += special_points(curve, here, found, step, tolerance, len(points) - 1)
+        lengths.append(step)
         points.append(found)
         if outside:
             ended = "load"
             break
         grow = min(1.5, 0.5 * LARGEST_TURN / max(turn, 1e-9), 4.0 / found.iterations)
         step = min(step * max(grow, 0.5), max_step)
-    pairs = [curve.split(point.u) for point in points]
-    unstable = []
-    for point in points:
-        curve.residual(point.u)
-        unstable.append(unstable_directions(curve.dynamics))
-    return Branch(
-        loads=np.array([load for _, load in pairs]),
-        q=np.array([q for q, _ in pairs]),
-        unstable=np.array(unstable),
-        special=tuple(special),
-        ended_by=ended,
-    )
+    return points, lengths, ended

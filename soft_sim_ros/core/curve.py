@@ -10,6 +10,7 @@ from .dynamics import Dynamics
 from .kernels.newton import CONVERGED, REASONS, admissible
 from .load_path import LoadPath
 from .model import Data, Floats
+from .small_motion import unit_scale
 
 SHIFT = 1e-3  # of the range of λ, in difference quotients
 ITERATIONS = 12
@@ -37,6 +38,12 @@ class Curve:
         self.scale = np.append(1.0 / dynamics.model.weight, self.range)
         self.zero = np.zeros(dynamics.n)
         self.why = ""
+
+    def unit(self, stiffness: Floats) -> Floats:
+        """Return the scale (n,) in which a scaled stiffness is 1 where the arm is only elastic."""
+        weight = self.dynamics.model.weight
+        law = self.dynamics.law_at_rest / weight**2
+        return unit_scale(stiffness, law, np.ones_like(weight))
 
     def split(self, u: Floats) -> tuple[Floats, float]:
         whole = u * self.scale

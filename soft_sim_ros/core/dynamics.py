@@ -6,6 +6,8 @@ functions of q and q̇.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from ..scene import Joint
@@ -80,6 +82,19 @@ class Dynamics(Equations):
         fibre_tangent(self.model, self._data.section, 1.0, system)
         dense(self.model, system, out)
         return out + self._law(self.model.stiffness)
+
+    @property
+    def forces_follow(self) -> bool:
+        """Whether a load that follows the arm acts in the forcing of the last residual."""
+        return bool(self._data.active[1])
+
+    @cached_property
+    def law_at_rest(self) -> Floats:
+        """The elastic stiffness (n,) of every coordinate in the reference shape, by itself."""
+        section = self._data.section.copy()  # belongs to the last residual
+        diagonal = np.diag(self.stiffness_matrix()).copy()
+        self._data.section[:] = section
+        return diagonal
 
     def damping_matrix(self, q: Floats | None = None) -> Floats:
         """Return R (n, n) at q, by default the reference shape: C (1.36), projected with Φᵀ.

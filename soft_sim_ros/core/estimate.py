@@ -13,12 +13,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import eigh, eigvals
+from scipy.linalg import eigvals
 
 from ..errors import EnergyGained, Inaccurate
 from .dynamics import Dynamics
 from .model import Floats
 from .simulation import Simulation
+from .small_motion import real_modes, unit_scale
 
 # The companion's part of a step, and its method. Inputs that jump leave errors which hardly depend
 # on the step until fast motion is resolved, but do depend on the method.
@@ -50,9 +51,9 @@ def hidden_motion(dynamics: Dynamics, q: Floats, step: float) -> tuple[float, fl
         held = np.flatnonzero(np.diag(stiffness))
         soft = np.linalg.solve(stiffness[np.ix_(held, held)], jacobian[:, held].T)
         return float(np.sqrt(2.0 * np.linalg.eigvalsh(jacobian[:, held] @ soft)[-1])), 0.0
-    units = 1.0 / np.sqrt(np.diag(mass))
-    squares, shapes = eigh(*(units[:, None] * x * units for x in (stiffness, mass)))
-    omega, shapes = np.sqrt(np.abs(squares)), units[:, None] * shapes
+    scale = unit_scale(stiffness, np.diag(stiffness), dynamics.model.weight)
+    omega, shapes = real_modes(stiffness, mass, scale)
+    omega = np.abs(omega)
     hidden = omega * step >= SHOWN
     if not hidden.any():
         return 0.0, 0.0

@@ -72,20 +72,18 @@ def inverse_kinematics(
     task = make_task(dynamics, position, rotation, limits, weights, tolerance)
     task.loads = {"time": time, "tip": tip, "tip_follows": tip_follows}
     best: Point | None = None
-    failure: StaticsFailed | None = None
-    for efforts in _starts(task, start, tries):
+    starts = _starts(task, start, tries)
+    for efforts in starts:
         try:
             point = _approach(task, task.at(efforts, None))
-        except StaticsFailed as reason:
-            failure = failure or reason
+        except StaticsFailed:
             continue
         if best is None or point.size < best.size:
             best = point
         if best.size <= tolerance:
             break
-    if best is None:
-        assert failure is not None
-        raise failure
+    if best is None:  # either it finds a way, or it says why there is none
+        best = _approach(task, task.at(starts[0], None, thorough=True))
     if best.size <= tolerance:
         return task.result(_ease(task, best))
     closest = task.result(best)

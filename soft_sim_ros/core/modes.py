@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import scipy
-from numpy.typing import NDArray
 
 from ..scene.numerics import Numerics
 from .dynamics import Dynamics
 from .model import Floats
 from .sampler import Sampler
+from .small_motion import Complex, real_modes, small_motions, unit_scale
 
-Complex = NDArray[np.complex128]
 LONG = 5.0  # times the recommended step: its slowest swings then have about 20 steps
 LOOKED_AT = 300  # coordinates up to which modes are a matter of a moment
 
@@ -30,12 +28,8 @@ def modes(
     """
     zero = np.zeros(dynamics.n)
     stiffness, _, mass = dynamics.tangents(q, zero, zero, efforts, time)
-    # in coordinates of unit mass; numpy does, so programs that start need not load scipy's algebra
-    root = np.linalg.cholesky(0.5 * (mass + mass.T))
-    half = np.linalg.solve(root, 0.5 * (stiffness + stiffness.T))
-    normal = np.linalg.solve(root, half.T)
-    values, shapes = np.linalg.eigh(0.5 * (normal + normal.T))
-    return np.sign(values) * np.sqrt(np.abs(values)), np.linalg.solve(root.T, shapes)
+    scale = unit_scale(stiffness, dynamics.law_at_rest, dynamics.model.weight)
+    return real_modes(stiffness, mass, scale)
 
 
 def frequencies(dynamics: Dynamics, q: Floats | None = None, count: int = 5) -> Floats:
@@ -91,31 +85,23 @@ def complex_modes(
     Notes
     -----
     K is that of all loads and efforts, so it need not be symmetric: follower loads may lead to
-    flutter (a pair with Re s > 0), dead loads to divergence (a real s > 0).
+    flutter (a pair with Re s > 0), dead loads to divergence (a real s > 0). Where Re s > 0 is no
+    more than round-off can make it, it is 0.
     """
     n = dynamics.n
     zero = np.zeros(n)
     stiffness, damping, mass = dynamics.tangents(q, zero, zero, efforts, time, tip, tip_follows)
-    # in coordinates of unit mass, and in a time in which the fastest mode is of order one
-    linalg = scipy.linalg
-    root = linalg.cholesky(0.5 * (mass + mass.T), lower=True)
-
-    def normal(matrix: Floats) -> Floats:
-        half = linalg.solve_triangular(root, matrix, lower=True)
-        return linalg.solve_triangular(root, half.T, lower=True).T
-
-    stiffness, damping = normal(stiffness), normal(damping)
-    pace = np.sqrt(np.linalg.norm(stiffness, 2)) or 1.0
-    state = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness / pace**2, -damping / pace]])
-    values, vectors = linalg.eig(state)
-    kept = values.imag >= 0.0
-    values, vectors = values[kept], vectors[:n, kept]
-    shapes = linalg.solve_triangular(root, vectors, lower=True, trans="T")
+    scale = unit_scale(stiffness, dynamics.law_at_rest, dynamics.model.weight)
+    found = small_motions(stiffness, damping, mass, scale)
+    kept = found.values.imag >= 0.0
+    values, shapes = found.values[kept].copy(), found.shapes[:, kept]
+    # growth that is round-off is none
+    values.real[~found.growing[kept] & (values.real > 0.0)] = 0.0
     order = np.argsort(np.abs(values), kind="stable")
     shapes = shapes[:, order]
     reach = shapes * dynamics.model.weight[:, None]
     largest = reach[np.argmax(np.abs(reach), axis=0), np.arange(len(order))]
-    return ComplexModes(pace * values[order], shapes / largest)
+    return ComplexModes(values[order], shapes / largest)
 
 
 def mode_poses(

@@ -49,9 +49,11 @@ def scattered(begin: float, end: float, count: int = 101) -> Floats:
     """Return rising places (count,) from begin to end, both included, with no even spacing.
 
     To look at a function of which nothing is known. Evenly spaced places may all be zeros of a
-    wave; these are fractions of multiples of the golden ratio, which no wave has as its zeros.
+    wave; these are fractions of multiples of the golden ratio, drawn out to one side, which no wave
+    has as its zeros.
     """
-    inner = np.sort(np.arange(1, count - 1) * (0.5 * (np.sqrt(5.0) - 1.0)) % 1.0)
+    even = np.sort(np.arange(1, count - 1) * (0.5 * (np.sqrt(5.0) - 1.0)) % 1.0)
+    inner = 0.8 * even + 0.2 * even**2
     return np.concatenate([[begin], begin + (end - begin) * inner, [end]])
 
 

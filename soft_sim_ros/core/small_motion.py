@@ -1,7 +1,7 @@
 """Small motions M δq̈ + R δq̇ + K δq = 0 about a state of rest: how they grow, and how surely.
 
 In coordinates in which every elastic stiffness is 1, K reads like 1 − P/P_cr, whatever part of it
-is stretch and whatever bending. There the inverse problem is solved: with M = C Cᵀ and s = s₀ + 1/σ,
+is stretch and whatever bending. There the inverse problem is solved: with M = C Cᵀ, s = s₀ + 1/σ,
 
     ⎡ −K⁻¹ R   −K⁻¹ C ⎤ ⎡ x ⎤     ⎡ x ⎤
     ⎣    Cᵀ       0    ⎦ ⎣ y ⎦ = σ ⎣ y ⎦ ,
@@ -23,8 +23,8 @@ from .model import Floats
 
 Complex = NDArray[np.complex128]
 EPS = float(np.finfo(float).eps)
-# What an entry of K, R or M is off by, over the root of the diagonal entries that belong to it: they
-# are sums over many segments.
+# What an entry of K, R or M, a sum over many segments, is off by, over the root of the diagonal
+# entries that belong to it.
 NOISE = 1e-12
 ASYMMETRY = 1e-11  # of the stiffness of two coordinates: less is round-off
 NEUTRAL = 1e-10  # of the elastic stiffness: less is no direction that leaves, nor one that holds
@@ -36,7 +36,7 @@ class Motions(NamedTuple):
 
     values: Complex  # (2n,) s in 1/s
     shapes: Complex  # (n, 2n) x
-    doubts: Floats  # (2n,) what round-off may have changed s by, 1/s; zeros if not asked for
+    doubts: Floats  # (2n,) what round-off may have changed s by, 1/s
 
     @property
     def growing(self) -> NDArray[np.bool_]:
@@ -44,23 +44,26 @@ class Motions(NamedTuple):
         return np.asarray(self.values.real > self.doubts)
 
 
-def unit_scale(stiffness: Floats, law: Floats) -> Floats:
+def unit_scale(stiffness: Floats, law: Floats, weight: Floats) -> Floats:
     """Return d (n,): K / (d dᵀ) is the stiffness in coordinates of elastic stiffness 1.
 
     A coordinate that its load holds more than its own elasticity counts by that, and one that has
-    no elasticity by the largest stiffness that it is coupled by.
+    no elasticity by the largest stiffness that couples it, all coordinates taken as displacements.
 
     Parameters
     ----------
     stiffness : (n, n) K
-    law : (n, n) the elastic part of it
+    law : (n,) the elastic part of its diagonal
+    weight : (n,) how far a unit of each coordinate may move the tip
     """
-    own = np.maximum(np.diag(law), np.abs(np.diag(stiffness)))
-    loose = ~(np.diag(law) > 0.0)
-    own[loose] = np.maximum(own, np.abs(stiffness).max(axis=1, initial=0.0))[loose]
+    sizes = np.abs(stiffness) / np.outer(weight, weight)
+    elastic = np.abs(law) / weight**2
+    own = np.maximum(elastic, np.diag(sizes))
+    loose = elastic <= 0.0
+    own[loose] = sizes.max(axis=1)[loose]
     free = ~(own > 0.0)
-    own[free] = own[~free].min(initial=np.inf) if not free.all() else 1.0
-    return np.asarray(np.sqrt(own))
+    own[free] = 1.0 if free.all() else own[~free].min()
+    return np.asarray(weight * np.sqrt(own))
 
 
 def is_symmetric(scaled: Floats) -> bool:
@@ -78,16 +81,44 @@ def _size(scaled: Floats) -> float:
     return max(1.0, float(np.abs(scaled).max(initial=0.0)))
 
 
-def small_motions(
-    stiffness: Floats, damping: Floats, mass: Floats, scale: Floats, *, doubt: bool = False
-) -> Motions:
+def real_modes(stiffness: Floats, mass: Floats, scale: Floats) -> tuple[Floats, Floats]:
+    """Return ω (n,) in rad/s, ascending, and φ (n, n) with φᵀ M φ = 1, of M δq̈ + K δq = 0.
+
+    Of the symmetric part of K. What leaves as e^{st} has ω = −s. The slowest come out to round-off,
+    the fastest to that times their ratio: 1/ω are the singular values of L⁻¹ C with K = L Lᵀ.
+    """
+    unit = np.outer(scale, scale)
+    stiffness, mass = (0.5 * (x + x.T) / unit for x in (stiffness, mass))
+    root = _root(mass)
+    # where K does not hold, it is held by so much mass times this, and that is taken off again
+    held, begin, heaviest = _try_root(stiffness), 0.0, float(np.linalg.norm(mass, 2))
+    while held is None:
+        begin = 10.0 * begin if begin > 0.0 else 1e-2 / heaviest
+        held = _try_root(stiffness + begin * mass)
+    left, inverse, _ = np.linalg.svd(np.linalg.solve(held, root))
+    inverse = np.maximum(inverse, EPS * EPS * inverse[:1])
+    squares = 1.0 / inverse**2 - begin
+    shapes = np.linalg.solve(held.T, left / inverse) / scale[:, None]
+    return np.sign(squares) * np.sqrt(np.abs(squares)), shapes
+
+
+def _try_root(matrix: Floats) -> Floats | None:
+    """Return L with matrix = L Lᵀ, None if it is not surely positive definite."""
+    try:
+        root = np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        return None
+    least = np.diag(root).min(initial=1.0)
+    return np.asarray(root) if least**2 > NEUTRAL else None
+
+
+def small_motions(stiffness: Floats, damping: Floats, mass: Floats, scale: Floats) -> Motions:
     """Return all motions of M δq̈ + R δq̇ + K δq = 0.
 
     Parameters
     ----------
     stiffness, damping, mass : (n, n) K, R, M; M is symmetric, K and R need not be
     scale : (n,) of ``unit_scale``
-    doubt : whether to find out what round-off may have done, too
 
     Notes
     -----
@@ -110,21 +141,18 @@ def small_motions(
     right = scipy.linalg.lu_solve(factors, np.hstack([lost, root]), check_finite=False)
     matrix = np.block([[-right[:, :n], -right[:, n:]], [root.T, np.zeros((n, n))]])
     pace = float(np.linalg.norm(matrix, 2)) or 1.0
-    found = scipy.linalg.eig(matrix / pace, left=doubt, right=True, check_finite=False)
-    inverse, right_vectors = found[0], found[-1]
+    found = scipy.linalg.eig(matrix / pace, left=True, right=True, check_finite=False)
+    inverse, left, right_vectors = (np.asarray(x, dtype=complex) for x in found)
     tiny = EPS * EPS
     inverse = np.where(np.abs(inverse) < tiny, -tiny, inverse)  # no mass: falls back at once
-    values = begin + 1.0 / (pace * inverse)
+    values = np.asarray(begin + 1.0 / (pace * inverse), dtype=complex)
     shapes = right_vectors[:n]
-    doubts = np.zeros(2 * n)
-    if doubt:
-        left = found[1]
-        with np.errstate(divide="ignore", over="ignore"):
-            condition = 1.0 / np.abs(np.sum(left.conj() * right_vectors, axis=0))
-            doubts = 10.0 * n * EPS * condition / (pace * np.abs(inverse) ** 2)
-        y = scipy.linalg.lu_solve(factors, left[:n], trans=2, check_finite=False)
-        doubts = doubts + _entries(stiffness, damping, mass, values, shapes, y)
-    return Motions(values, shapes / scale[:, None], doubts)
+    with np.errstate(divide="ignore", over="ignore"):
+        condition = 1.0 / np.abs(np.sum(left.conj() * right_vectors, axis=0))
+        doubts = 10.0 * n * EPS * condition / (pace * np.abs(inverse) ** 2)
+    y = scipy.linalg.lu_solve(factors, left[:n], trans=2, check_finite=False)
+    doubts = doubts + _entries(stiffness, damping, mass, values, shapes, y)
+    return Motions(values, np.asarray(shapes / scale[:, None], dtype=complex), doubts)
 
 
 def _entries(
@@ -149,7 +177,7 @@ def _root(mass: Floats) -> Floats:
     own = np.abs(np.diag(mass))
     for slack in (0.0, EPS, 1e2 * EPS, 1e4 * EPS, 1e6 * EPS):
         try:
-            return np.linalg.cholesky(mass + slack * len(mass) * np.diag(own))
+            return np.asarray(np.linalg.cholesky(mass + slack * len(mass) * np.diag(own)))
         except np.linalg.LinAlgError:
             continue
     values, vectors = np.linalg.eigh(mass)

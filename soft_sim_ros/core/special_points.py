@@ -11,11 +11,12 @@ from scipy.optimize import brentq
 from ..errors import NoBranch
 from .curve import Curve, State
 from .model import Floats
+from .small_motion import NEUTRAL, is_symmetric, leaving
 
 LIMIT, BIFURCATION = "limit", "bifurcation"
-NEUTRAL = 1e-10  # of the largest eigenvalue: below it a direction costs no energy
-# Arm lengths by which the whole range of the load may push along a direction that buckles, were it
-# as stiff as the next one: beyond that it is a limit point.
+LOST = 1e-6  # of the elastic stiffness: what is left of it in the directions that a point names
+# Arm lengths by which the whole range of the load would push along the direction that gives way,
+# had it its elastic stiffness: where the load turns round and pushes less, two branches cross.
 FLAT = 1e-6
 
 Test = Callable[[State], float]
@@ -39,20 +40,24 @@ def special_points(
     curve: Curve, first: State, last: State, step: float, tolerance: float, after: int
 ) -> list[SpecialPoint]:
     """Return the special points of one step, in order."""
-    symmetric = _is_symmetric(first.stiffness) and _is_symmetric(last.stiffness)
-    size = np.abs(first.stiffness).max()
+    unit = curve.unit(first.stiffness)
+    scaled = [x.stiffness / np.outer(unit, unit) for x in (first, last)]
+    symmetric = all(is_symmetric(x) for x in scaled)
 
     def at(d: float) -> State | None:
         if d <= 0.0 or d >= step:
             return first if d <= 0.0 else last
         return curve.correct(first.u + d * first.tangent, first.tangent, tolerance)
 
+    def spectrum(stiffness: Floats) -> Floats:
+        return _spectrum(stiffness / np.outer(unit, unit), symmetric)
+
     before, behind = (
-        int(np.count_nonzero(_spectrum(x.stiffness, symmetric) < -NEUTRAL * size))
-        for x in (first, last)
+        leaving(x) if symmetric else int(np.count_nonzero(_spectrum(x, False) < -NEUTRAL))
+        for x in scaled
     )
     tests: list[Test] = [
-        lambda state, i=i: float(_spectrum(state.stiffness, symmetric)[i])  # type: ignore[misc]
+        lambda state, i=i: float(spectrum(state.stiffness)[i])  # type: ignore[misc]
         for i in range(min(before, behind), max(before, behind))
     ]
     if first.tangent[-1] * last.tangent[-1] < 0.0:
@@ -60,10 +65,10 @@ def special_points(
     places = [_root(at, lambda u, t: curve.correct(u, t, tolerance), test, step) for test in tests]
     special: list[SpecialPoint] = []
     previous = -np.inf
-    for d, u in sorted(places, key=lambda place: place[0]):
-        if d - previous > 1e-3 * step:
-            special.append(_special(curve, u, after))
-        previous = d
+    for place in sorted(places, key=lambda place: place.d):
+        if place.d - previous > 1e-3 * step:
+            special.append(_special(curve, place, after))
+        previous = place.d
     return special
 
 
@@ -79,8 +84,12 @@ def _spectrum(stiffness: Floats, symmetric: bool) -> Floats:
     return np.array([sign * np.linalg.svd(stiffness, compute_uv=False)[-1]])
 
 
-def _is_symmetric(stiffness: Floats) -> bool:
-    return bool(np.abs(stiffness - stiffness.T).max() < 1e-9 * np.abs(stiffness).max())
+class Place(NamedTuple):
+    """Where a test value is zero."""
+
+    d: float  # arc length from the beginning of the step
+    u: Floats  # (n + 1,)
+    turns: bool  # whether the load has an extremum there along the branch
 
 
 def _root(
@@ -88,8 +97,8 @@ def _root(
     polish: Callable[[Floats, Floats], State | None],
     test: Test,
     step: float,
-) -> tuple[float, Floats]:
-    """Return where a test value is zero: arc length, and the point u (n + 1,).
+) -> Place:
+    """Return where a test value is zero.
 
     Very near a bifurcation the corrector has no one way to go. So the root is found roughly, and
     then laid on the straight line between two points at a small distance on either side, and
@@ -115,19 +124,29 @@ def _root(
     exact = polish(u, one.tangent)
     # what the straight line may miss; more is a corrector gone astray along what is singular
     allowed = 100.0 * near * near + 1e-9
-    return d, u if exact is None or np.abs(exact.u - u).max() > allowed else exact.u
+    if exact is not None and np.abs(exact.u - u).max() <= allowed:
+        u = exact.u
+    # at an end of the step only one side is seen
+    turns = not near < d < step - near or one.tangent[-1] * other.tangent[-1] < 0.0
+    return Place(d, u, turns)
 
 
-def _special(curve: Curve, u: Floats, after: int) -> SpecialPoint:
-    """Return what kind of point u is, where the stiffness is singular."""
-    _, stiffness, slope = curve.matrices(u)
-    left, sizes, right = np.linalg.svd(stiffness)
-    lost = sizes < 1e-6 * sizes[0]
+def _special(curve: Curve, place: Place, after: int) -> SpecialPoint:
+    """Return what kind of point a place is, where the stiffness is singular.
+
+    With ℓᵀ K = 0, K q′ + r_λ λ′ = 0 along the branch says ℓᵀ r_λ λ′ = 0: at a limit λ′ = 0 and the
+    load pushes along what gives way, ℓᵀ r_λ ≠ 0; where λ′ has one sign before and behind,
+    ℓᵀ r_λ = 0 and branches cross. They do so, too, where λ′ changes its sign but nothing pushes:
+    the branch that was followed is then the one that buckled.
+    """
+    _, stiffness, slope = curve.matrices(place.u)
+    unit = curve.unit(stiffness)
+    left, sizes, right = np.linalg.svd(stiffness / np.outer(unit, unit))
+    lost = sizes < LOST
     lost[-1] = True
-    weights = np.outer(curve.scale[:-1], curve.scale[:-1])
-    law = curve.dynamics.stiffness_matrix() * weights
-    next_stiffness = sizes[~lost][-1] if not lost.all() else np.abs(law).max()
-    push = np.abs(left[:, lost].T @ slope).max()
-    kind = LIMIT if push > FLAT * next_stiffness else BIFURCATION
-    q, load = curve.split(u)
-    return SpecialPoint(kind, load, q, right[lost].T * curve.scale[:-1, None], after)
+    ways = right[lost].T / unit[:, None]  # in arm lengths
+    push = np.abs(left[:, lost].T @ (slope / unit)) * np.abs(ways).max(axis=0)
+    kind = LIMIT if place.turns and push.max() > FLAT else BIFURCATION
+    q, load = curve.split(place.u)
+    ways = ways / np.linalg.norm(ways, axis=0)
+    return SpecialPoint(kind, load, q, ways * curve.scale[:-1, None], after)

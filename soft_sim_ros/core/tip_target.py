@@ -98,9 +98,10 @@ class Task:
     tolerance: float
     loads: dict[str, Any] = field(default_factory=dict)
 
-    def at(self, efforts: Floats, q: Floats | None) -> Point:
+    def at(self, efforts: Floats, q: Floats | None, thorough: bool = False) -> Point:
         """Return the equilibrium near q; raises StaticsFailed if there is none."""
-        q = equilibrium(self.dynamics, q, efforts=efforts, check=False, **self.loads)
+        found = {"thorough": thorough, "check": False}
+        q = equilibrium(self.dynamics, q, efforts=efforts, **found, **self.loads)
         pose = self.dynamics.node_poses(q)[-1]
         parts = []
         if self.position is not None:
@@ -139,8 +140,10 @@ class Task:
             turn = np.linalg.inv(se3.right_tangent(vector))[:3, :3]
             rows.append(turn @ twist.tip[:3])
         reach = np.abs(twist.q * self.dynamics.model.weight[:, None]).max(axis=0)
-        # a slack tendon moves nothing: its step is bounded by the others'
-        return np.vstack(rows), np.maximum(reach, 1e-9 * (reach.max() or 1.0))
+        # a slack tendon moves nothing: its step is bounded by the others', each effort measured by
+        # what it costs, since newtons, pascals and metres do not compare
+        least = 1e-9 * ((reach / self.weights).max() or 1.0) * self.weights
+        return np.vstack(rows), np.maximum(reach, least)
 
     def result(self, point: Point) -> Reach:
         split = 3 if self.position is not None else 0

@@ -15,7 +15,7 @@ from .quadrature import composite, gauss
 from .segments import ANGULAR
 
 # A function is looked at on two sets of panels that share no point, of 2 Gauss points each. They
-# are made finer until the two integrals of |φ| agree; a kink of |φ| inside a panel is all they miss.
+# are made finer until the two integrals of |φ| agree; kinks of |φ| in a panel are all they miss.
 PANELS = 8  # per function at first
 AGREE = 2e-3
 FINEST = 1 << 15
@@ -53,8 +53,8 @@ def weights(chain: Chain, length: float) -> Floats:
                 out[first : first + count] += amount
         for element in rod_map.elements:
             for _, first, count in element.columns:
-                own = out[first : first + count]
-                np.maximum(own, LEAST * (own.max() or 1.0), out=own)
+                part = slice(first, first + count)
+                out[part] = np.maximum(out[part], LEAST * (out[part].max() or 1.0))
     return out
 
 

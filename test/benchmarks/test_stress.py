@@ -72,3 +72,32 @@ def test_energy_midpoint_makes_none_where_its_correction_would_not_do():
     """Once 3e-4 of the energy turned over was from nowhere: the step is cut instead."""
     case = {"young": 1e9, "slenderness": 20.0, "damping": 0.0, "integrator": "energy_midpoint"}
     assert judged(**case, checked=False)["passivity_rel"] > -1e-12
+
+
+@pytest.mark.parametrize(
+    ("values", "outcome"),
+    [
+        ({"kind": "twisted column", "amount": 1.5, "side": 0.0}, "refused"),
+        ({"kind": "twisted column", "amount": 0.7}, "stable"),
+        ({"kind": "beck", "amount": 25.0, "damping": "none"}, "told"),
+        ({"kind": "beck", "amount": 25.0}, "refused"),
+    ],
+)
+def test_verdicts_of_stability_are_those_of_a_pushed_finer_model(values, outcome):
+    equilibria = importlib.import_module("benchmarks.stress.equilibria")
+    usual = {
+        "kind": "beck", "length": 0.3, "slenderness": 200.0, "ratio": 1.0, "amount": 1.0,
+        "twist": 0.01, "side": 1e-3, "damping": "viscosity", "damping_ratio": 0.01, "seed": 1,
+    }  # fmt: skip
+    entry = equilibria.judge_equilibrium(equilibria.Load(**(usual | values)))
+    assert (entry["outcome"], entry["wrong"]) == (outcome, None)
+    assert isinstance(entry["run"], float)
+
+
+def test_equilibria_are_drawn_from_all_kinds():
+    equilibria = importlib.import_module("benchmarks.stress.equilibria")
+    drawn = equilibria.loads(60)
+    assert drawn == equilibria.loads(120)[:60]
+    assert {load.kind for load in drawn} == set(equilibria.KINDS)
+    assert {load.damping for load in drawn} == set(equilibria.DAMPING)
+    assert max(load.slenderness for load in drawn) > 5e3
