@@ -75,12 +75,12 @@ class Numerics:
     rods: dict[str, Basis] = field(default_factory=dict)
     tolerance: float | None = None
     free: Free = Free()
-    written: frozenset[str] = frozenset()
+    written: tuple[str, ...] = ()
 
     @property
     def space_written(self) -> bool:
         """Whether the scene's author chose bases, for all rods or for some."""
-        return bool(self.written & {"basis", "rods"})
+        return bool({"basis", "rods"} & set(self.written))
 
 
 def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
@@ -97,7 +97,7 @@ def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
     for rod in rods:
         bases[rod.name] = _read_basis(overrides.mapping(rod.name), basis, rod.strains)
     tolerance = reader.number("tolerance", Interval.parse("[1e-8, 0.1]"), default=None)
-    written = frozenset(reader.keys())
+    written = tuple(sorted(reader.keys()))
     fixed = tolerance is None and written
     return Numerics(
         step=_read_step(reader),
