@@ -101,5 +101,5 @@ def equilibrium(
         flutter = UndampedFlutter(end.verdict.growth, end.verdict.hertz)
         warnings.warn(flutter, stacklevel=2)
     if check or (check is None and not dynamics.compiled.scene.numerics.space_written):
-        tell_if_coarse(dynamics, end.q, Forcing(*question.forcing(1.0)), mask)
+        tell_if_coarse(dynamics, end.q, Forcing(efforts, time, 1.0, tip, tip_follows), mask)
     return end.q

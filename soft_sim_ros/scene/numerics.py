@@ -82,12 +82,12 @@ class Numerics:
     orientation: float | None = None
     free: Free = Free()
     trust: float | None = field(default=None, compare=False)
-    written: frozenset[str] = frozenset()
+    written: tuple[str, ...] = ()
 
     @property
     def space_written(self) -> bool:
         """Whether the scene's author chose bases, for all rods or for some."""
-        return bool(self.written & {"basis", "rods"})
+        return bool({"basis", "rods"} & set(self.written))
 
 
 def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
@@ -104,7 +104,7 @@ def read_numerics(reader: Reader, bodies: tuple[Body, ...]) -> Numerics:
     for rod in rods:
         bases[rod.name] = _read_basis(overrides.mapping(rod.name), basis, rod.strains)
     tolerance, orientation = _read_tolerance(reader)
-    written = frozenset(reader.keys())
+    written = tuple(sorted(reader.keys()))
     fixed = tolerance is None and written
     return Numerics(
         step=_read_step(reader),

@@ -16,7 +16,7 @@ from scenes import SOFT, plain
 from benchmarks.curled import EI, LENGTH, at_rest, moving
 from benchmarks.defaults import WAYS, entries_of, scene_of
 from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.prolong import finer, prolong
+from soft_sim_ros.core.prolong import finer, prolong, reference_turn
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.core.space_error import Forcing, motion_error, static_error
 from soft_sim_ros.core.statics import equilibrium
@@ -109,7 +109,7 @@ def test_the_error_of_a_state_of_rest_is_the_way_to_the_finer_model():
     tip = np.array(case.tip)
     forcing = Forcing(None, 0.0, 1.0, tip, True)
     q = equilibrium(model, tip=tip, tip_follows=True, stable=False)
-    fine = finer(model)
+    fine = finer(model, reference_turn(model.compiled, q))
     start = prolong(model.compiled, fine.compiled, q)
     p = equilibrium(fine, start, tip=tip, tip_follows=True, stable=False, check=False)
     ways = model.node_poses(q)[-1][:3, 3] - fine.node_poses(p)[-1][:3, 3]
