@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from ..errors import NotResolved, SolverError
 from .bounds import Bounds
 from .dynamics import Dynamics
 from .inputs import Inputs
+from .model import Floats
 from .orders import Order
 from .prolong import finer
 from .simulation import Simulation
@@ -81,6 +83,16 @@ class SpaceInputs(Inputs):
             self._complain(f"at t = {self.simulation.time:.9g} s {self.told()}")
 
 
+class _Seen(NamedTuple):
+    """What a look needs: the arguments of `motion_error`."""
+
+    q: Floats
+    v: Floats
+    forcing: Forcing
+    elapsed: float
+    moved: float
+
+
 class LookedInputs(SpaceInputs):
     """Inputs of a simulation that is looked at now and then (`motion_error`): no companion.
 
@@ -88,6 +100,8 @@ class LookedInputs(SpaceInputs):
     ----------
     simulation, command_timeout, ramp, complain, bounds : as for SpaceInputs
     beat : s between two looks, which fall on the ends of calls of `advance`
+    later : whether `advance` only keeps what it sees, for `catch_up` in another thread: a look
+        takes some milliseconds
     """
 
     def __init__(
@@ -98,10 +112,14 @@ class LookedInputs(SpaceInputs):
         complain: Callable[[str], None] = lambda text: None,
         bounds: Bounds | None = None,
         beat: float = BEAT,
+        later: bool = False,
     ) -> None:
         super().__init__(simulation, command_timeout, ramp, complain, bounds)
         # a model of its own: what steps need of the simulation's is not touched
         self._model = Dynamics(simulation.compiled)
+        finer(self._model)  # made now, not in the middle of a run
+        self._later = later
+        self._seen: _Seen | None = None
         self._beat = max(1, round(beat * 1e9 / simulation.step_ns))
         self._began = self._last = simulation.step_index
         self._doubtful = UNSEEN if simulation.scene.numerics.written else 1.0
@@ -112,24 +130,38 @@ class LookedInputs(SpaceInputs):
         """Advance by ``steps``, and look if it is time."""
         super().advance(steps)
         if self.simulation.step_index - self._last >= self._beat:
-            self.look()
+            self._see()
+            if not self._later:
+                self.catch_up()
 
     def look(self) -> None:
         """Look at the state of now."""
+        self._see()
+        self.catch_up()
+
+    def catch_up(self) -> None:
+        """Look at what was seen last, if nobody has yet; one thread at a time."""
+        seen, self._seen = self._seen, None
+        if seen is None:
+            return
+        error = motion_error(self._model, *seen)
+        self._note(self._doubtful * error)
+
+    def _see(self) -> None:
+        """Keep the state of now."""
         simulation = self.simulation
         self._last = simulation.step_index
         elapsed = (simulation.step_index - self._began) * simulation.step_ns * 1e-9
         way = float(np.linalg.norm(self._tip.poses()[-1, :3] - self._start))
         self._moved = max(self._moved, way)
-        state = simulation.q, simulation.v, acting(simulation)
-        error = motion_error(self._model, *state, elapsed, self._moved)
-        self._note(self._doubtful * error)
+        q, v = simulation.q.copy(), simulation.v.copy()
+        self._seen = _Seen(q, v, acting(simulation), elapsed, self._moved)
 
     def reset(self) -> None:
         """Go back to the initial state; the estimate begins anew."""
         super().reset()
         self._began = self._last = self.simulation.step_index
-        self._moved = 0.0
+        self._moved, self._seen = 0.0, None
 
 
 class AccompaniedInputs(SpaceInputs):

@@ -152,9 +152,12 @@ def inputs_of(
     complain: Callable[[str], None] = lambda text: None,
     bounds: Bounds | None = None,
 ) -> Inputs:
-    """Return inputs with a companion if the scene has a tolerance, with looks otherwise."""
+    """Return inputs with a companion if the scene has a tolerance, with looks otherwise.
+
+    Looks are made where somebody calls their `catch_up`.
+    """
     if simulation.scene.numerics.tolerance is None:
         if not has_space(simulation):
             return Inputs(simulation, command_timeout, ramp, bounds)
-        return LookedInputs(simulation, command_timeout, ramp, complain, bounds=bounds)
+        return LookedInputs(simulation, command_timeout, ramp, complain, bounds, later=True)
     return WatchedInputs(simulation, command_timeout, ramp, complain, bounds)

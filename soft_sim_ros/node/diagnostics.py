@@ -9,7 +9,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 
-from soft_sim_ros.core.space_watch import SpaceInputs
+from soft_sim_ros.core.space_watch import LookedInputs, SpaceInputs
 from soft_sim_ros.core.watch import WatchedInputs
 from soft_sim_ros.foreign import one_line
 from soft_sim_ros.node.commands import Gate
@@ -113,6 +113,8 @@ class Diagnostics:
             if inputs.orientation is not None:
                 values["orientation error estimate (rad)"] = inputs.error_rad
                 values["orientation tolerance (rad)"] = inputs.orientation
+        if isinstance(inputs, LookedInputs):
+            inputs.catch_up()  # here, where the physics thread does not wait for it
         if isinstance(inputs, SpaceInputs):
             values["error estimate in space (of the length)"] = inputs.space_rel
         rival = self._rivals.look()

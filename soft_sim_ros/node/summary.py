@@ -8,7 +8,7 @@ from pathlib import Path
 
 from soft_sim_ros import __version__
 from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.space_watch import SpaceInputs, as_json
+from soft_sim_ros.core.space_watch import LookedInputs, SpaceInputs, as_json
 from soft_sim_ros.core.watch import WatchedInputs
 from soft_sim_ros.files import write_whole
 from soft_sim_ros.node.commands import Gate
@@ -73,6 +73,8 @@ def accuracy(inputs: Inputs) -> dict[str, float | None] | None:
 
 def space(inputs: Inputs) -> dict[str, float | None] | None:
     """Estimate of the tip's error in space and its limit, over the length; null without any."""
+    if isinstance(inputs, LookedInputs):
+        inputs.catch_up()
     return as_json(inputs.space()) if isinstance(inputs, SpaceInputs) else None
 
 
