@@ -51,8 +51,8 @@ def beyond(entries: Entries, error: float) -> float | None:
     """Return the time in s at an error that no run reaches, by the order of the best runs.
 
     The order is that of the line through the runs of the front within a decade of its end; None
-    where that is fewer than two runs, where it is below one half, or where the error is more than
-    a hundred times smaller than the least.
+    where that is fewer than two runs, where it is below one half or above six, or where the error
+    is more than a hundred times smaller than the least.
     """
     points = front(entries)
     if not points or not points[-1][0] > error > 0.01 * points[-1][0]:
@@ -61,7 +61,7 @@ def beyond(entries: Entries, error: float) -> float | None:
     if len(near) < 2:
         return None
     slope = float(np.polyfit(near[:, 0], near[:, 1], 1)[0])
-    if not -2.0 < slope < 0.0:
+    if not -2.0 < slope < -1.0 / 6.0:
         return None
     return float(np.exp(near[-1, 1] + slope * (np.log(error) - near[-1, 0])))
 

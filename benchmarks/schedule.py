@@ -18,7 +18,7 @@ from .reference import RESULTS
 FILE = RESULTS / "costs.json"
 OURS = "soft_sim_ros"
 # CPU s of a job that has never run
-UNKNOWN = {OURS: 10.0, "pyelastica": 150.0, "soromox": 170.0, "exudyn": 40.0, "mujoco": 45.0}
+UNKNOWN = {OURS: 10.0, "pyelastica": 150.0, "soromox": 170.0, "exudyn": 30.0, "mujoco": 35.0}
 
 
 @dataclass(frozen=True)

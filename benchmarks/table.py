@@ -23,6 +23,8 @@ def seconds(value: float | None) -> str:
     """Return a time with two digits."""
     if value is None:
         return "not reached"
+    if value >= 99.5:
+        return f"{float(f'{value:.2g}'):,.0f} s"
     return f"{value * 1e3:.2g} ms" if value < 0.0995 else f"{value:.2g} s"
 
 

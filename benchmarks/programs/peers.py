@@ -23,7 +23,7 @@ ENVIRONMENT = {
 }  # fmt: skip
 # CPU s for one timed run, and for all runs of one case with everything that surrounds them
 LIMITS = {
-    "pyelastica": (75, 160), "soromox": (60, 150), "exudyn": (12, 45), "mujoco": (15, 45),
+    "pyelastica": (75, 160), "soromox": (60, 150), "exudyn": (10, 35), "mujoco": (10, 35),
 }  # fmt: skip
 
 

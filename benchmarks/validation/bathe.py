@@ -99,7 +99,7 @@ def exact() -> np.ndarray:
     wrench = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, FORCE]])
     curvature = (0.0, 0.0, -1.0 / RADIUS)
     rod = shooting.Rod((float(LENGTH),), STIFFNESS, np.zeros(3), wrench, curvature)
-    (poses,) = shooting.solve(rod, [np.array([LENGTH])], steps=8)
+    (poses,) = shooting.solve(rod, [np.array([LENGTH])], steps=4)
     turned = np.pi / 4
     rest = RADIUS * np.array([np.sin(turned), np.cos(turned) - 1.0, 0.0])
     moved: np.ndarray = poses[-1, :3] - rest

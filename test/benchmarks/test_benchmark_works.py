@@ -76,6 +76,20 @@ def test_fronts_interpolate_in_logarithms_and_say_what_is_not_reached():
     assert fronts.cost_at(entries, 1e-4) is None
 
 
+def test_what_no_run_reaches_is_extrapolated_by_the_order_of_the_best_runs():
+    fronts = module("fronts")
+
+    def runs(*points):
+        return [{"outcome": "completed", "wall_s": w, "error_rel": e} for w, e in points]
+
+    second = runs((1.0, 1e-2), (10.0, 1e-3), (100.0, 1e-4))  # cost over one over the error
+    assert fronts.beyond(second, 1e-5) == pytest.approx(1000.0)
+    assert fronts.beyond(second, 1e-3) is None  # reached
+    assert fronts.beyond(second, 1e-7) is None  # too far
+    assert fronts.beyond(runs((1.0, 1e-2)), 1e-3) is None  # no order
+    assert fronts.beyond(runs((1.0, 1e-3), (1.0001, 2e-4)), 1e-4) is None  # no order one believes
+
+
 def test_what_a_peer_cannot_do_is_said_with_the_reason():
     peers, cases = module("programs.peers"), module("cases").CASES
     assert "no tendons" in peers.unsupported("pyelastica", cases["tendon_step"])
