@@ -82,7 +82,7 @@ class Numerics:
     orientation: float | None = None
     free: Free = Free()
     trust: float | None = field(default=None, compare=False)
-    written: tuple[str, ...] = ()
+    written: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def space_written(self) -> bool:
