@@ -75,7 +75,7 @@ class Curve:
                 return None
             # least squares: a direction that costs no energy at all is left alone
             wrong = np.append(residual, tangent @ (u - guess))
-            rows = np.abs(matrix).max(axis=1)
+            rows = _sizes(matrix)
             step = np.linalg.lstsq(matrix / rows[:, None], wrong / rows, rcond=1e-13)[0]
             u -= step
             size = float(np.abs(step).max())
@@ -94,7 +94,10 @@ class Curve:
             self.why = REASONS[status]
             return None
         matrix = np.vstack([np.column_stack([stiffness, slope]), tangent])
-        rows = np.abs(matrix).max(axis=1)
+        if not np.isfinite(matrix).all():
+            self.why = "it is not finite"
+            return None
+        rows = _sizes(matrix)
         ahead = np.zeros(len(u))
         ahead[-1] = 1.0 / rows[-1]
         new = np.linalg.lstsq(matrix / rows[:, None], ahead, rcond=1e-13)[0]
@@ -107,3 +110,9 @@ class Curve:
         data = self.path(load)
         self.dynamics.residual(q, self.zero, self.zero, data)
         return data
+
+
+def _sizes(matrix: Floats) -> Floats:
+    """Return the largest size in every row; 1 for a row of zeros: nothing holds that coordinate."""
+    sizes = np.abs(matrix).max(axis=1)
+    return np.where(sizes > 0.0, sizes, 1.0)
