@@ -33,6 +33,7 @@ REQUIRES = [
     "PyYAML>=6.0.1,<7",
     "matplotlib>=3.6.3,<4",
     "mcap>=1.5,<2",
+    "lz4>=4.0.2,<5",
     "zstandard>=0.22,<1",
 ]
 EXTRAS = {

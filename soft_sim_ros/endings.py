@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -16,6 +17,7 @@ from contextlib import contextmanager
 from typing import Any
 
 ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+AGAIN = 0.02  # s after which an ending that was dropped comes again
 ECHO = 2.0  # s in which a further signal adds nothing: terminals and launchers send several
 
 
@@ -41,8 +43,24 @@ def _main_thread() -> bool:
 
 @contextmanager
 def endings() -> Iterator[None]:
-    """Let these signals raise Ended in the block; those that are ignored (``nohup``) stay so."""
+    """Let these signals raise Ended in the block; those that are ignored (``nohup``) stay so.
+
+    Python drops exceptions in finalisers and in callbacks of C. An Ended that is dropped there
+    comes once more soon after.
+    """
     first: float | None = None
+    show = sys.unraisablehook
+
+    def dropped(what: Any) -> None:
+        if isinstance(what.exc_value, Ended):
+            threading.Timer(AGAIN, again, (what.exc_value.number,)).start()
+        else:
+            show(what)
+
+    def again(number: int) -> None:
+        nonlocal first
+        first = None
+        os.kill(os.getpid(), number)
 
     def end(number: int, _: Any) -> None:
         nonlocal first
@@ -57,11 +75,13 @@ def endings() -> Iterator[None]:
             handler = signal.getsignal(number)
             if handler in (signal.SIG_DFL, signal.default_int_handler):  # whose it is, keeps it
                 before[number] = signal.signal(number, end)
+        sys.unraisablehook = dropped
     try:
         yield
     finally:
         for which, handler in before.items():
             signal.signal(which, handler)
+        sys.unraisablehook = show
 
 
 @contextmanager

@@ -102,7 +102,8 @@ class Curve:
         ahead[-1] = 1.0 / rows[-1]
         new = np.linalg.lstsq(matrix / rows[:, None], ahead, rcond=1e-13)[0]
         new /= np.linalg.norm(new)
-        return State(u, new, stiffness, slope, iterations)
+        tangent_there: Floats = np.asarray(new, dtype=np.float64)
+        return State(u, tangent_there, stiffness, slope, iterations)
 
     def path_data(self, u: Floats) -> Data:
         """Return the scratch of a sweep at u."""
@@ -115,4 +116,4 @@ class Curve:
 def _sizes(matrix: Floats) -> Floats:
     """Return the largest size in every row; 1 for a row of zeros: nothing holds that coordinate."""
     sizes = np.abs(matrix).max(axis=1)
-    return np.where(sizes > 0.0, sizes, 1.0)
+    return np.asarray(np.where(sizes > 0.0, sizes, 1.0))

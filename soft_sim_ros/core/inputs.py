@@ -71,7 +71,9 @@ class Inputs:
         bounds: Bounds | None = None,
     ) -> None:
         timeout, ramp = (
-            min(number(name, value, 0.0, "time in s: expected a finite number, zero or more"), _EVER)
+            min(
+                number(name, value, 0.0, "time in s: expected a finite number, zero or more"), _EVER
+            )
             for name, value in (("command_timeout", command_timeout), ("ramp", ramp))
         )
         # A timeout of less than a nanosecond must not become none at all.

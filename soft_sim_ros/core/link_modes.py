@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import scipy
 
 from ..scene import Basis, FlexibleLink
 from . import se3
-from .chain import Chain
+from .chain import Chain, Outline
 from .model import Floats
 from .segments import Block, Segment
 
@@ -33,12 +35,17 @@ class Modes:
     def __init__(self, link: FlexibleLink) -> None:
         self._rod = link.rod
         self._chain = Chain()
-        self._chain.rod(link.rod, Basis(order=dict.fromkeys(link.rod.strains, FINE)), set())
+        basis = Basis(order=dict.fromkeys(link.rod.strains, FINE))
+        outline = Outline()
+        outline.rod(link.rod, basis, set())
+        # as many as carry the inertia: these rods are straight, and are only looked at
+        nodes = max(element.least_nodes for element in outline.rods[link.rod.name].elements)
+        self._chain.rod(link.rod, replace(basis, nodes=nodes), set())
         stiffness, damping, branch = (
             _assembled(self._chain.blocks, x) for x in ("stiffness", "damping", "branch")
         )
-        nodes = [0.0, *(segment.span[1] for segment in self._chain.segments)]
-        small = self._small_motions(np.array(nodes))
+        ends = [0.0, *(segment.span[1] for segment in self._chain.segments)]
+        small = self._small_motions(np.array(ends))
         inertia = np.array(self._chain.inertia)
         mass = np.einsum("kcn,k,kcm->nm", small[:, 3:], inertia[:, 0], small[:, 3:])
         if link.rotary_inertia:

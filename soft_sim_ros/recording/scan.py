@@ -117,7 +117,11 @@ def _scan_file(stream: BinaryIO, size: int, found: Scan, take: Take, budget: Bud
     for opcode, head, body in _records(stream, size):
         budget.add(len(head) + len(body or b""))
         if over:
-            continue  # a summary for readers that begin at the end: it repeats what was there
+            # A summary for readers that begin at the end: it repeats what was there, and has the
+            # topics on which nothing was recorded.
+            if body is not None and opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                parser.one(opcode, body)
+            continue
         over = opcode == Opcode.DATA_END
         if body is None:
             found.damaged += 1

@@ -156,3 +156,26 @@ def test_a_signal_waits_for_what_must_not_be_torn():
         done.append(2)
     assert done == [1] and caught.value.number == signal.SIGHUP
     assert signal.getsignal(signal.SIGHUP) == signal.SIG_DFL
+
+
+def test_an_ending_that_python_drops_in_a_finaliser_comes_again():
+    """Exceptions in ``__del__`` and in callbacks of C are dropped by Python."""
+    program = """
+import os, signal, time
+from soft_sim_ros.endings import Ended, endings
+
+class Finalised:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+        for _ in range(1000):
+            pass  # the signal is seen here
+
+with endings():
+    try:
+        Finalised()
+        time.sleep(20.0)
+    except Ended as ending:
+        print(f"ended by {ending}")
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("ended by SIGTERM\n", "")

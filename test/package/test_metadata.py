@@ -15,7 +15,7 @@ from soft_sim_ros.commands import VERBS
 ROOT = Path(__file__).resolve().parents[2]
 MANIFEST = ElementTree.parse(ROOT / "package.xml").getroot()
 # rosdep's key, where it is not python3-<module>: the readers' package brings these along
-KEYS = {"mcap": "mcap-ros2-support", "zstandard": "mcap-ros2-support"}
+KEYS = {"mcap": "mcap-ros2-support", "lz4": "mcap-ros2-support", "zstandard": "mcap-ros2-support"}
 ON_PYPI = {"yaml": "PyYAML"}
 PART_OF = {"mpl_toolkits": "matplotlib"}
 # Served where they are there; a plain installation does without.

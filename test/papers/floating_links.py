@@ -17,5 +17,6 @@ def link(name="link", strains=("bend_y", "bend_z"), **more):
 
 
 def document(bodies, **more):
-    common = {"name": "links", "gravity": [0, 0, 0], "materials": MATERIAL, "bodies": bodies}
+    common = {"name": "links", "gravity": [0, 0, 0], "materials": MATERIAL, "bodies": bodies,
+              "numerics": {"step": 0.002}}  # fmt: skip
     return common | more
