@@ -25,6 +25,7 @@ from soft_sim_ros.scene import load_scene
 
 PACKAGE = "soft_sim_ros"
 REPLAY_RATE = 4.0
+REPLAY_DELAY = 4.0  # s for the two to find each other: on a busy machine one is not enough
 
 
 @verb
@@ -126,8 +127,8 @@ def replay(run: Run) -> dict[str, Any]:
     with child("the listener", f"{PACKAGE}.commands.listen", topic, str(last)) as listener:
         for text in listener.wait_for("listening"):
             line.show(text)
-        rate = repr(REPLAY_RATE)
-        with child("the replay", PACKAGE, "replay", str(run.path), "--rate", rate) as player:
+        options = ("--rate", repr(REPLAY_RATE), "--delay", repr(REPLAY_DELAY))
+        with child("the replay", PACKAGE, "replay", str(run.path), *options) as player:
             for text in _both(player.lines(), line):
                 said = _log(text)
             player.finish()

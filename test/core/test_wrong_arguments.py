@@ -263,7 +263,7 @@ def test_orders_are_checked_before_they_reach_the_arm(arm, why):
 @pytest.mark.parametrize("value", [-1.0, np.nan, np.inf, "a", None, 1j, [1.0], True], ids=repr)
 def test_timeout_and_ramp_are_times(arm, value):
     for times in ((value, 0.0), (0.0, value)):
-        with pytest.raises(BadArgument, match="must be a time in s, zero or more"):
+        with pytest.raises(BadArgument, match="must be a time in s: expected a finite number"):
             Inputs(arm, *times)
 
 

@@ -302,7 +302,7 @@ def test_damage_anywhere_is_a_typed_error_or_said_or_without_consequence(record,
                     assert not read_run(clean.directory).torn
                 except SoftSimError:
                     pass
-    assert min(fates.values()) > 5, fates
+    assert fates["said"] > 5 and fates["harmless"] > 0, fates  # both happened
 
 
 def test_messages_with_any_bytes_in_them_are_a_typed_error_or_what_they_say(record, tmp_path):
