@@ -125,6 +125,8 @@ class LookedInputs(SpaceInputs):
         self._doubtful = UNSEEN if simulation.scene.numerics.written else 1.0
         self._tip = simulation.sampler(2)
         self._start, self._moved = self._tip.poses()[-1, :3].copy(), 0.0
+        if later:
+            self.look()  # once before the run: kernels that it needs are compiled now
 
     def advance(self, steps: int) -> None:
         """Advance by ``steps``, and look if it is time."""
