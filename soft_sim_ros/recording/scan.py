@@ -113,16 +113,17 @@ def _scan_file(stream: BinaryIO, size: int, found: Scan, take: Take, budget: Bud
     parser = _Parser(found, take, budget)
     crc, before = zlib.crc32(MAGIC), found.damaged
     without_magic = 0  # some leave it out of the checksum
-    over = False
+    over = empty = False
     for opcode, head, body in _records(stream, size):
         budget.add(len(head) + len(body or b""))
         if over:
-            # A summary for readers that begin at the end: it repeats what was there, and has the
-            # topics on which nothing was recorded.
-            if body is not None and opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            # A summary for readers that begin at the end: it repeats what was there, and is not
+            # looked at. Only an empty recording has its topics nowhere else.
+            if empty and body is not None and opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                 parser.one(opcode, body)
             continue
         over = opcode == Opcode.DATA_END
+        empty = not found.channels
         if body is None:
             found.damaged += 1
         elif not over:

@@ -284,7 +284,7 @@ def test_damage_anywhere_is_a_typed_error_or_said_or_without_consequence(record,
     data, right = file.read_bytes(), contents(read_run(directory))
     rng = np.random.default_rng(9)
     fates = {"said": 0, "harmless": 0}
-    for number in range(100):
+    for number in range(250):
         file.write_bytes(damaged(data, rng))
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -302,7 +302,7 @@ def test_damage_anywhere_is_a_typed_error_or_said_or_without_consequence(record,
                     assert not read_run(clean.directory).torn
                 except SoftSimError:
                     pass
-    assert fates["said"] > 5 and fates["harmless"] > 0, fates  # both happened
+    assert min(fates.values()) > 5, fates
 
 
 def test_messages_with_any_bytes_in_them_are_a_typed_error_or_what_they_say(record, tmp_path):
