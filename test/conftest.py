@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import random
 import signal
@@ -40,6 +41,28 @@ os.environ["ROS_DOMAIN_ID"] = str(domain())
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+# Where compiled code never comes back, no thread of Python can end the test, as pytest-timeout does.
+STUCK = 60.0  # s after the limit of a test at which its process ends itself, and says where it was
+_STDERR = pytest.StashKey[int]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep the way to the terminal, which is captured while a test runs."""
+    config.stash[_STDERR] = os.dup(2)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """End the process in which a test is stuck; pytest-xdist then goes on in another one."""
+    marker = item.get_closest_marker("timeout")
+    limit = float(marker.args[0] if marker else item.config.getini("timeout"))
+    faulthandler.dump_traceback_later(limit + STUCK, exit=True, file=item.config.stash[_STDERR])
+    try:
+        return (yield)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+
+
 # Programs that talk over DDS, and measure how fast: never two of them at a time.
 TALKING = ("test/node/", "test/package/test_readme.py")
 
@@ -64,6 +87,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     class ByChain(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
             return _chain(nodeid)
+
+        def remove_node(self, node: Any) -> str | None:
+            crashed = super().remove_node(node)
+            if crashed is not None:  # once is enough: the next worker goes on behind it
+                self.workqueue[_chain(crashed)][crashed] = True
+            return crashed
 
     config.option.loadscopereorder = False
     return ByChain(config, log)

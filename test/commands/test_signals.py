@@ -15,6 +15,12 @@ from soft_sim_ros.recording.reader import read_run
 
 pytestmark = pytest.mark.filterwarnings("error::soft_sim_ros.recording.reader.TornRecordingWarning")
 ROLLOUT = (sys.executable, "-m", "soft_sim_ros", "rollout")
+# what a shell in a terminal does: the terminal on stdin becomes that of the session
+OWN_TERMINAL = """
+import fcntl, os, sys, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+os.execv(sys.argv[1], sys.argv[1:])
+"""
 LONG = ("--duration", "1e5", "--publish-rate", "20")
 
 
@@ -56,20 +62,19 @@ def test_every_ending_closes_the_recording(scene, start, tmp_path, numbers, afte
     closed(tmp_path / "out", numbers[0].name)
 
 
-def test_a_closed_terminal_closes_the_recording(scene, environment, tmp_path):
+def test_a_closed_terminal_closes_the_recording(scene, start, tmp_path):
     """As with a lost ssh: the terminal is gone, nothing can be written to it."""
-    child, terminal = pty.fork()
-    if child == 0:
-        command = (*ROLLOUT, str(scene), *LONG, "--out", str(tmp_path / "out"))
-        os.execvpe(command[0], command, environment)
-    deadline = time.monotonic() + 200.0
-    while not (tmp_path / "out" / "metadata.yaml").exists():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    terminal, inside = pty.openpty()
+    process = start(
+        *(sys.executable, "-c", OWN_TERMINAL, *ROLLOUT, str(scene), *LONG),
+        *("--out", str(tmp_path / "out")),
+        stdin=inside, stdout=inside, stderr=inside,
+    )  # fmt: skip
+    os.close(inside)
+    wait_for_recording(process, tmp_path / "out")
     time.sleep(0.5)
     os.close(terminal)
-    _, status = os.waitpid(child, 0)
-    assert os.waitstatus_to_exitcode(status) == 128 + signal.SIGHUP
+    assert process.wait(100) == 128 + signal.SIGHUP
     closed(tmp_path / "out", "SIGHUP")
 
 

@@ -24,9 +24,10 @@ ROOT = Path(__file__).parents[2]
 START = 240.0  # s; the first start on a machine compiles the kernels
 
 
-def _path() -> str:
-    """Give the module path for programs: this tree first, whether it is installed or not."""
-    return os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+def child_environment() -> dict[str, str]:
+    """Give the environment for programs: they find this tree first, installed or not."""
+    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+    return {**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONPATH": path}
 
 
 def wait_for(condition: Callable[[], Any], what: str, timeout: float = 10.0) -> Any:
@@ -65,7 +66,7 @@ class Program:
                 stdout=file,
                 stderr=subprocess.STDOUT,
                 cwd=ROOT,
-                env={**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONPATH": _path()},
+                env=child_environment(),
             )
 
         self._all.append(self.process)

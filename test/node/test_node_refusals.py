@@ -1,11 +1,15 @@
 """A node that cannot start says why on one line and ends with 2, whatever is wrong."""
 
+import json
 import os
+import select
+import sys
+from pathlib import Path
+from subprocess import PIPE, Popen
 
 import pytest
-from peer import PROGRAM, Program
+from peer import PROGRAM, Program, child_environment
 
-from soft_sim_ros.node import replay, simulate
 from soft_sim_ros.node.parameters import TABLE
 
 BACKBONE = "qos_overrides./soft_arm/backbone.publisher"
@@ -70,29 +74,39 @@ BAD_FILES = {
 }
 
 
-class Started(Exception):
-    """The node would have started."""
+@pytest.fixture(scope="module")
+def ask():
+    """Ask a process to run a program with some words; give its exit code and what it said."""
+    command = [sys.executable, Path(__file__).with_name("refusing.py")]
+    with Popen(command, stdin=PIPE, stdout=PIPE, text=True, env=child_environment()) as process:
+
+        def ask(words, program="simulate"):
+            print(json.dumps([program, list(words)]), file=process.stdin, flush=True)
+            ready, _, _ = select.select([process.stdout], [], [], 60.0)
+            if not ready:
+                process.kill()
+            assert ready, f"{program} {words}: neither refused nor started within 60 s"
+            return json.loads(process.stdout.readline())
+
+        yield ask
+        process.stdin.close()
+        assert process.wait(60.0) == 0
 
 
 @pytest.fixture
-def refused(monkeypatch, capfd):
-    """Call the program in this process, up to where the arm would be made; give what it said."""
+def refused(ask):
+    """Run a program up to where the arm would be made; give the one line that refuses it."""
 
-    def call(words, main=simulate.main):
-        def warm_up(*_):
-            raise Started(words)
-
-        monkeypatch.setattr(simulate, "warm_up", warm_up)
-        code = main(list(words))
-        said = capfd.readouterr()
-        lines = (said.out + said.err).splitlines()
+    def refused(words, program="simulate"):
+        code, said = ask(words, program)
+        lines = said.splitlines()
         assert code == 2, lines
         assert len(lines) == 1, lines
         assert lines[0].isprintable(), lines
         assert len(lines[0]) < 1200
         return lines[0]
 
-    return call
+    return refused
 
 
 @pytest.mark.parametrize("assignment", BAD_PARAMETERS + BAD_OVERRIDES, ids=ascii)
@@ -149,12 +163,13 @@ def test_a_file_with_names_that_match_slowly_is_looked_through_at_once(tmp_path)
     assert len(line) < 1500
 
 
-def test_of_many_faults_the_first_are_said_and_the_others_counted(tmp_path, capfd):
+def test_of_many_faults_the_first_are_said_and_the_others_counted(ask, tmp_path):
     file = tmp_path / "parameters.yaml"
     names = "".join(f"    p{k}: 1\n" for k in range(5000))
     file.write_text(f"soft_arm:\n  ros__parameters:\n{names}")
-    assert simulate.main(["--ros-args", "--params-file", str(file)]) == 2
-    lines = capfd.readouterr().err.splitlines()
+    code, said = ask(["--ros-args", "--params-file", str(file)])
+    lines = said.splitlines()
+    assert code == 2
     assert len(lines) == 21 and "and 4980 more faults" in lines[-1]
 
 
@@ -168,7 +183,7 @@ def test_of_many_faults_the_first_are_said_and_the_others_counted(tmp_path, capf
     ids=ascii,
 )
 def test_the_replay_refuses_on_one_line_too(refused, words):
-    refused(words, replay.main)
+    refused(words, "replay")
 
 
 @pytest.mark.parametrize(

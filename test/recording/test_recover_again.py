@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-import signal
+import subprocess
 import sys
 from pathlib import Path
 from shutil import copytree
@@ -19,29 +19,46 @@ from soft_sim_ros.recording.reader import read_run
 from soft_sim_ros.recording.recover import recover
 from soft_sim_ros.recording.topics import recorded_topics
 
-# Dies at its n-th change of the disk, before it or after it; tells how many it has made else.
-CHILD = """
+# For each line "source, out, due" it forks a copy that recovers, and dies at its due-th change of
+# the disk, before it or after it; answers with the number of changes, or with -1 of one that died.
+# A process of its own, with one thread: copies of a process with many may wait for ever.
+SERVER = """
 import os, signal, sys
 from soft_sim_ros.recording.recover import recover
 
-source, out, due = sys.argv[1], sys.argv[2], int(sys.argv[3])
-count = 0
-
-def dying(change):
+def dying(change, count, due):
     def changed(*arguments, **options):
-        global count
-        count += 1
-        if count == due:
+        count[0] += 1
+        if count[0] == due:
             os.kill(os.getpid(), signal.SIGKILL)
         result = change(*arguments, **options)
-        if count == -due:
+        if count[0] == -due:
             os.kill(os.getpid(), signal.SIGKILL)
         return result
     return changed
 
-for name in ("rename", "replace", "mkdir", "rmdir", "unlink", "pwrite", "fsync"):
-    setattr(os, name, dying(getattr(os, name)))
-recover(source, out)
+def recovered(source, out, due):
+    count = [0]
+    for name in ("rename", "replace", "mkdir", "rmdir", "unlink", "pwrite", "fsync"):
+        setattr(os, name, dying(getattr(os, name), count, due))
+    try:
+        recover(source, out)
+    finally:
+        return count[0]
+
+for line in sys.stdin:
+    source, out, due = line.rstrip("\\n").split("\\t")
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.write(writing, str(recovered(source, out, int(due))).encode())
+        os._exit(0)
+    os.close(writing)
+    said = os.read(reading, 100).decode()
+    os.close(reading)
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    print(said if status == 0 else "-1" if status == -signal.SIGKILL else f"status {status}",
+          flush=True)
 """
 
 
@@ -73,31 +90,23 @@ def all_that_was(folder: Path) -> set[bytes]:
     return {file.read_bytes() for file in folder.rglob("*.mcap")}
 
 
-def killed(source: Path, out: Path, due: int) -> int:
-    """Recover in a copy of this process; give the number of changes, or what killed it."""
-    reading, writing = os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(reading)
-        sys.argv = ["recover", str(source), str(out), str(due)]
-        try:
-            here: dict[str, object] = {}
-            exec(CHILD, here)
-            os.write(writing, str(here["count"]).encode())
-        finally:
-            os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading) as stream:
-        said = stream.read()
-    _, status = os.waitpid(child, 0)
-    if os.WIFSIGNALED(status):
-        assert os.WTERMSIG(status) == signal.SIGKILL
-        return -1
-    return int(said)
+@pytest.fixture
+def killed(start):
+    """Recover in a process that dies at a change; give the number of changes, or -1 if it died."""
+    server = start(sys.executable, "-c", SERVER, stdin=subprocess.PIPE, stderr=None)
+
+    def killed(source: Path, out: Path, due: int) -> int:
+        server.stdin.write(f"{source}\t{out}\t{due}\n")
+        server.stdin.flush()
+        return int(server.stdout.readline())
+
+    yield killed
+    server.stdin.close()
+    assert server.wait(10) == 0
 
 
 @pytest.mark.parametrize("where", ["in place", "elsewhere"])
-def test_killed_at_any_change_of_the_disk_it_can_be_done_again(torn, tmp_path, where):
+def test_killed_at_any_change_of_the_disk_it_can_be_done_again(torn, tmp_path, killed, where):
     original, whole = torn
     untouched = all_that_was(original)
     due, kills = 0, 0
