@@ -41,7 +41,7 @@ os.environ["ROS_DOMAIN_ID"] = str(domain())
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-# Where compiled code never comes back, no thread of Python can end the test, as pytest-timeout does.
+# Where compiled code never comes back, no thread of Python (pytest-timeout has one) ends the test.
 STUCK = 60.0  # s after the limit of a test at which its process ends itself, and says where it was
 _STDERR = pytest.StashKey[int]()
 
