@@ -18,7 +18,7 @@ from pathlib import Path
 
 from soft_sim_ros.batch import Run, run_batch
 from soft_sim_ros.batch.workers import cores, in_processes
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.scene import load_scene
 
 from . import machine

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.prescribed import prescribed_motion
+from soft_sim_ros.core.mechanics.prescribed import prescribed_motion
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.scene import parse_scene
 
 from . import machine

@@ -14,11 +14,11 @@ import time
 from pathlib import Path
 from typing import Any
 
-from soft_sim_ros.core.contract import choose
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.refinement import words
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.watch import WatchedInputs
+from soft_sim_ros.core.accuracy.contract import choose
+from soft_sim_ros.core.accuracy.watch import WatchedInputs
+from soft_sim_ros.core.refine.refinement import words
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.simulation.inputs import Inputs
 
 from . import machine
 from .realtime import INPUTS, STEP, program, scene_with

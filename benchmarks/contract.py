@@ -21,10 +21,10 @@ from typing import Any
 
 import numpy as np
 
-from soft_sim_ros.core.contract import choose
-from soft_sim_ros.core.drive import Drive
-from soft_sim_ros.core.refinement import words
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.accuracy.contract import choose
+from soft_sim_ros.core.accuracy.drive import Drive
+from soft_sim_ros.core.refine.refinement import words
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import ToleranceMissed
 from soft_sim_ros.scene import Scene
 

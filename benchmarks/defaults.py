@@ -21,12 +21,11 @@ from typing import Any
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.space_error import UNWRITTEN, WRITTEN, Forcing, static_error
-from soft_sim_ros.core.space_watch import AccompaniedInputs, LookedInputs, SpaceInputs
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.accuracy.space_watch import AccompaniedInputs, LookedInputs, SpaceInputs
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.refine.space_error import UNWRITTEN, WRITTEN, Forcing, static_error
+from soft_sim_ros.core.settled import Dynamics, Simulation
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import NotResolved, SolverError
 from soft_sim_ros.scene import Scene, parse_scene
 

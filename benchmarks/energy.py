@@ -10,7 +10,7 @@ import time
 from dataclasses import replace
 from typing import Any
 
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 
 from . import machine
 from .cases import CASES

@@ -13,7 +13,7 @@ import time
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.scene import load_scene, parse_scene
 
 STEPS = 500

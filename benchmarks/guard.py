@@ -20,8 +20,8 @@ import numba
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.scene import load_scene, parse_scene
 

@@ -8,8 +8,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from soft_sim_ros.core.kernels import sweep, system, tangent
-from soft_sim_ros.core.kernels.jit import (
+from soft_sim_ros.core.backend.jit import (
     _call,
     _intrinsic,
     address,
@@ -17,7 +16,10 @@ from soft_sim_ros.core.kernels.jit import (
     call_residual,
     call_tangent,
 )
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.recursion import elimination as system
+from soft_sim_ros.core.recursion import rnea as sweep
+from soft_sim_ros.core.recursion import tangent
+from soft_sim_ros.core.settled import Simulation
 
 from .counting import Counted
 

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.drive import Drive
-from soft_sim_ros.core.model import Floats
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.accuracy.drive import Drive
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.scene import Free, Scene, parse_scene
 
 

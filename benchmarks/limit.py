@@ -16,8 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from soft_sim_ros.core.kernels import advance, dirk, newton, sweep, tangent
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.integrators import advance, dirk, newton
+from soft_sim_ros.core.recursion import rnea as sweep
+from soft_sim_ros.core.recursion import tangent
+from soft_sim_ros.core.settled import Simulation
 
 from . import machine, peak
 from .counting import Counted

@@ -14,7 +14,7 @@ import time
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.scene import parse_scene
 from soft_sim_ros.scene.rod_model import MODELS
 

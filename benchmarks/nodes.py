@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from soft_sim_ros.core.model import Floats
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.settled import Simulation
 
 from . import machine
 from .realtime import INPUTS, STEP, Input, arm, arm_numerics, program, whole

@@ -27,8 +27,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.model import Floats
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.scene import Scene, load_scene, parse_scene
 
 from . import machine

@@ -24,8 +24,8 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from soft_sim_ros.core.scipy_adapter import FirstOrder
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.mechanics.scipy_adapter import FirstOrder
+from soft_sim_ros.core.settled import Simulation
 
 from .cases import CASES, Case
 from .programs.ours import run, scene_of

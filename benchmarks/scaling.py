@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 
 from . import machine
 from .cases import CASES

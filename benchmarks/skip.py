@@ -25,9 +25,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.model import Floats
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.scene import parse_scene
 

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # what type checkers see of what follows
-    from soft_sim_ros.core.simulation import Simulation as Simulation
+    from soft_sim_ros.core.settled import Simulation as Simulation
     from soft_sim_ros.recording.reader import read_run as read_run
     from soft_sim_ros.scene import load_scene as load_scene
 
@@ -18,7 +18,7 @@ __all__ = ["Simulation", "__version__", "load_scene", "read_run"]
 _HOME = {
     "load_scene": "soft_sim_ros.scene",
     "read_run": "soft_sim_ros.recording.reader",
-    "Simulation": "soft_sim_ros.core.simulation",
+    "Simulation": "soft_sim_ros.core.settled",
 }
 
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_bvp
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics
 
 from ..cases import CASES
 from ..programs.ours import scene_of

@@ -12,8 +12,8 @@ import threading
 import time
 from pathlib import Path
 
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.physics import Physics
 from soft_sim_ros.recording.telemetry import Telemetry

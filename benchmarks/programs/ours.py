@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.contract import choose
-from soft_sim_ros.core.drive import Drive
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.accuracy.contract import choose
+from soft_sim_ros.core.accuracy.drive import Drive
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import Diverged, ToleranceMissed
 from soft_sim_ros.scene import Scene, parse_scene
 

@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.model import Floats
-from soft_sim_ros.core.modes import complex_modes
-from soft_sim_ros.core.prolong import prolong
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.modes import complex_modes
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.refine.prolong import prolong
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import SolverError, StaticsFailed, UndampedFlutter
 from soft_sim_ros.scene import Scene, parse_scene
 

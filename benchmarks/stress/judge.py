@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from soft_sim_ros.core.estimate import Estimated
-from soft_sim_ros.core.model import Floats
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.accuracy.estimate import Estimated
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import EnergyGained, Inaccurate, SolverError
 
 from .passivity import Passivity, by_discrete_gradient

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from soft_sim_ros.core.discrete_gradient import DiscreteGradient
-from soft_sim_ros.core.model import Floats
+from soft_sim_ros.core.analysis.discrete_gradient import DiscreteGradient
+from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.errors import SolverError
 
 from .scenes import Case

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.model import Floats
+from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.scene import Scene, parse_scene
 from soft_sim_ros.scene.numerics import INTEGRATORS
 

@@ -16,8 +16,8 @@ import numpy as np
 import yaml
 from scipy.integrate import quad
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.scene import parse_scene
 
 from ..independent import shooting

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.scene import parse_scene
 
 FILE = Path(__file__).parent / "data" / "princeton.csv"

@@ -10,10 +10,9 @@ import numpy as np
 import yaml
 from scipy.optimize import lsq_linear
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.sampler import Sampler
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.mechanics.sampler import Sampler
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.scene import Scene, parse_scene
 
 from ..independent import shooting

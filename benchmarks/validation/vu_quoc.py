@@ -18,7 +18,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.scene import Scene, parse_scene
 
 from ..programs.environments import clean, interpreter

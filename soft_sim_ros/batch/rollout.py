@@ -14,12 +14,10 @@ import numpy as np
 
 from soft_sim_ros import __version__
 from soft_sim_ros.batch.programme import Programme
-from soft_sim_ros.core.contract import choose
-from soft_sim_ros.core.drive import Drive
-from soft_sim_ros.core.estimate import Estimated
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.space_watch import (
+from soft_sim_ros.core.accuracy.contract import choose
+from soft_sim_ros.core.accuracy.drive import Drive
+from soft_sim_ros.core.accuracy.estimate import Estimated
+from soft_sim_ros.core.accuracy.space_watch import (
     BEAT,
     AccompaniedInputs,
     LookedInputs,
@@ -27,6 +25,8 @@ from soft_sim_ros.core.space_watch import (
     as_json,
     has_space,
 )
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.endings import undisturbed
 from soft_sim_ros.errors import NotResolved, SolverError
 from soft_sim_ros.files import write_whole

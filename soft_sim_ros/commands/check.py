@@ -10,15 +10,15 @@ import numpy as np
 
 from soft_sim_ros.commands.progress import Line, compiling
 from soft_sim_ros.commands.shell import DONE, verb
-from soft_sim_ros.core.contract import settled
-from soft_sim_ros.core.modes import frequencies, long_step, recommended_step
-from soft_sim_ros.core.refinement import words
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.space_error import UNWRITTEN, WRITTEN
-from soft_sim_ros.core.statics import equilibrium
-from soft_sim_ros.core.survey import survey
-from soft_sim_ros.core.unwritten import is_unwritten, settle_unwritten
-from soft_sim_ros.core.wrench import InternalWrench
+from soft_sim_ros.core.accuracy.contract import settled
+from soft_sim_ros.core.accuracy.survey import survey
+from soft_sim_ros.core.accuracy.unwritten import is_unwritten, settle_unwritten
+from soft_sim_ros.core.analysis.modes import frequencies, long_step, recommended_step
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.mechanics.wrench import InternalWrench
+from soft_sim_ros.core.refine.refinement import words
+from soft_sim_ros.core.refine.space_error import UNWRITTEN, WRITTEN
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import NotResolved, StaticsFailed
 from soft_sim_ros.scene import Scene, load_scene, summary, total_mass
 from soft_sim_ros.scene.summary import elastic

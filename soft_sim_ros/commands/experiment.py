@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from soft_sim_ros.batch.programme import Programme, ProgrammeError
 from soft_sim_ros.commands.rerun import Rerun, recorded_scene
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import RecordingError, SceneError, SolverError
 from soft_sim_ros.files import MOST_TABLE, read_npz, read_text
 from soft_sim_ros.recording.reader import Run

@@ -21,7 +21,7 @@ from soft_sim_ros.commands.experiment import (
 from soft_sim_ros.commands.progress import Line
 from soft_sim_ros.commands.shell import DONE, verb
 from soft_sim_ros.commands.warm_up import warm_up
-from soft_sim_ros.core.identification import Fit, fit
+from soft_sim_ros.core.analysis.identification import Fit, fit
 from soft_sim_ros.errors import CommandError
 from soft_sim_ros.recording.reader import read_run
 from soft_sim_ros.scene import load_scene, parse_scene

@@ -13,10 +13,10 @@ from scipy.io import savemat
 
 from soft_sim_ros.commands.shell import DONE, verb
 from soft_sim_ros.commands.warm_up import warm_up
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.linearisation import Linearisation, linearise
-from soft_sim_ros.core.modes import complex_modes
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.analysis.linearisation import Linearisation, linearise
+from soft_sim_ros.core.analysis.modes import complex_modes
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import CommandError
 from soft_sim_ros.scene import Scene, load_scene
 

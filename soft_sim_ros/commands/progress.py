@@ -53,7 +53,7 @@ class Line:
 @contextmanager
 def compiling(stream: TextIO | None = None) -> Iterator[None]:
     """Show which kernels are being compiled: it happens once per machine and version."""
-    from soft_sim_ros.core.compilation import compilations
+    from soft_sim_ros.core.backend.compilation import compilations
 
     line = Line(stream)
     start = time.monotonic()

@@ -12,9 +12,9 @@ import numpy as np
 from soft_sim_ros.commands.progress import Line
 from soft_sim_ros.commands.shell import DONE, FAILED, verb
 from soft_sim_ros.commands.warm_up import warm_up
-from soft_sim_ros.core.bounds import Bounds
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.simulation.bounds import Bounds
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import RecordingError
 from soft_sim_ros.foreign import printable
 from soft_sim_ros.node.commands import read_order

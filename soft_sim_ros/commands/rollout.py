@@ -20,7 +20,7 @@ from soft_sim_ros.batch.sweep import read_sweep, runs_of
 from soft_sim_ros.commands.progress import Line, bar
 from soft_sim_ros.commands.shell import DONE, FAILED, verb
 from soft_sim_ros.commands.warm_up import warm_up
-from soft_sim_ros.core.modes import long_step
+from soft_sim_ros.core.analysis.modes import long_step
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.recording.claims import MOST_POSES
 

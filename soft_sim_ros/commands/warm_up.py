@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from soft_sim_ros.commands.progress import compiling
-from soft_sim_ros.core.contract import draft
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.accuracy.contract import draft
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.scene import Scene
 

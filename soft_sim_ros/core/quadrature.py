@@ -6,7 +6,7 @@ import numpy as np
 from numpy.polynomial import Legendre
 from numpy.polynomial.legendre import leggauss, legvander
 
-from .model import Floats
+from .floats import Floats
 
 
 def gauss(count: int) -> tuple[Floats, Floats]:

@@ -7,7 +7,7 @@ axes of the reference frame g_r(σ). Only adjoint actions are needed: with w = �
     ζ ← ω_w,   ζ ← Ad(exp u)⁻¹ ζ + ∂u/∂w,   ζ ← Ad(exp ψᵢρⁱ)⁻¹ ζ + ∂ψᵢ/∂w ρⁱ,  i = 1, 2, 3
 
 ends in the strain ξ and in the twist η: item 7 of the paper without its slips, and the recursion of
-``core/kernels/sweep.py`` over four joints. Angular parts first, as everywhere here.
+``core/recursion/rnea.py`` over four joints. Angular parts first, as everywhere here.
 """
 
 from __future__ import annotations

@@ -22,8 +22,9 @@ from cosseratbench.trajectory import Trajectory
 from .. import __version__
 
 if TYPE_CHECKING:
-    from ..core.dynamics import Dynamics
-    from ..core.model import Floats
+    from soft_sim_ros.core.floats import Floats
+    from soft_sim_ros.core.settled import Dynamics
+
     from ..scene import Scene
 
 ORDER = 3  # of the strains in an element
@@ -68,8 +69,7 @@ class SoftSimRos:
             raise NotImplementedError("a rod whose end is clamped or driven: chains have no loops")
         if rod.end is EndCondition.PINNED and not scenario.quasi_static:
             raise NotImplementedError("motion of a rod held at both ends: chains have no loops")
-        from ..core.dynamics import Dynamics
-        from ..core.simulation import Simulation
+        from soft_sim_ros.core.settled import Dynamics, Simulation
 
         interval = float(times[1] - times[0])
         scene = scene_of(scenario, rod, n_elements, interval, self.error)
@@ -139,7 +139,7 @@ class Frames:
     """Nodes (n + 1, 3) of a rod, and material directions (n, 3) of the pieces between them."""
 
     def __init__(self, dynamics: Dynamics, n: int) -> None:
-        from ..core.sampler import Sampler
+        from soft_sim_ros.core.mechanics.sampler import Sampler
 
         self._q = np.zeros(dynamics.n)
         s = np.linspace(0.0, dynamics.compiled.length, 2 * n + 1)
@@ -190,7 +190,8 @@ def laid_along(dynamics: Dynamics, rod: Rod) -> Floats:
 
 def at_rest(dynamics: Dynamics, rod: Rod) -> Floats:
     """Return the equilibrium q (n,), with the end at its pin if it has one."""
-    from ..core.statics import equilibrium
+    from soft_sim_ros.core.analysis.statics import equilibrium
+
     from ..errors import StaticsFailed
 
     if rod.end is EndCondition.FREE and rod.start is EndCondition.CLAMPED:

@@ -6,8 +6,8 @@ import re
 import time
 from collections.abc import Callable
 
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.orders import MOST_NAMES, Order, wrench_frame
+from soft_sim_ros.core.simulation.inputs import Inputs
+from soft_sim_ros.core.simulation.orders import MOST_NAMES, Order, wrench_frame
 from soft_sim_ros.errors import CommandError
 from soft_sim_ros.foreign import bare, listed, one_line
 from soft_sim_ros.recording.decode import DecodeError, FloatArray, JointState, Wrench, decode

@@ -9,8 +9,8 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 
-from soft_sim_ros.core.space_watch import LookedInputs, SpaceInputs
-from soft_sim_ros.core.watch import WatchedInputs
+from soft_sim_ros.core.accuracy.space_watch import LookedInputs, SpaceInputs
+from soft_sim_ros.core.accuracy.watch import WatchedInputs
 from soft_sim_ros.foreign import one_line
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.physics import Physics

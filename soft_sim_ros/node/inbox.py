@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from soft_sim_ros.core.orders import Order
+from soft_sim_ros.core.simulation.orders import Order
 
 Answer = tuple[bool, str]
 MOST_WAITING = 10_000  # orders between two instants of control

@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.orders import Order
+from soft_sim_ros.core.simulation.inputs import Inputs
+from soft_sim_ros.core.simulation.orders import Order
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.inbox import Answer, Inbox

@@ -7,12 +7,12 @@ import time
 from collections.abc import Callable
 from contextlib import contextmanager
 
-from soft_sim_ros.core.compilation import compilations
-from soft_sim_ros.core.contract import choose, draft
-from soft_sim_ros.core.modes import long_step
-from soft_sim_ros.core.refinement import words
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.unwritten import is_unwritten, settle_unwritten
+from soft_sim_ros.core.accuracy.contract import choose, draft
+from soft_sim_ros.core.accuracy.unwritten import is_unwritten, settle_unwritten
+from soft_sim_ros.core.analysis.modes import long_step
+from soft_sim_ros.core.backend.compilation import compilations
+from soft_sim_ros.core.refine.refinement import words
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.node.parameters import Settings
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.scene import Scene

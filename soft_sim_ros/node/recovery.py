@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from soft_sim_ros.core.inputs import Inputs
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.node.commands import Throttle
 

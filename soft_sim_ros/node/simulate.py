@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import rclpy
 from rclpy.node import Node
 
-from soft_sim_ros.core.bounds import Bounds
-from soft_sim_ros.core.watch import inputs_of
+from soft_sim_ros.core.accuracy.watch import inputs_of
+from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.foreign import one_line, shown
 from soft_sim_ros.node.arguments import check_assignments, parser

@@ -7,9 +7,9 @@ import math
 from pathlib import Path
 
 from soft_sim_ros import __version__
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.space_watch import LookedInputs, SpaceInputs, as_json
-from soft_sim_ros.core.watch import WatchedInputs
+from soft_sim_ros.core.accuracy.space_watch import LookedInputs, SpaceInputs, as_json
+from soft_sim_ros.core.accuracy.watch import WatchedInputs
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.files import write_whole
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.parameters import Settings

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_sim_ros.core.simulation import LEDGER
+from soft_sim_ros.core.simulation.simulation import LEDGER
 from soft_sim_ros.recording.cdr import (
     Float64MultiArrayBuffer,
     JointStateBuffer,

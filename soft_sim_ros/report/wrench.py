@@ -12,7 +12,7 @@ from soft_sim_ros.report.page import drawn
 from soft_sim_ros.report.style import look
 
 if TYPE_CHECKING:
-    from soft_sim_ros.core.wrench import InternalWrench
+    from soft_sim_ros.core.mechanics.wrench import InternalWrench
 
 MOMENTS = ("torsion moment M_x", "bending moment M_y", "bending moment M_z")
 FORCES = ("axial force N_x", "shear force N_y", "shear force N_z")

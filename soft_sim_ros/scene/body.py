@@ -10,10 +10,11 @@ from soft_sim_ros.scene.interval import NONNEGATIVE, POSITIVE, Interval
 from soft_sim_ros.scene.joint import Joint, read_joint
 from soft_sim_ros.scene.material import Material
 from soft_sim_ros.scene.pose import IDENTITY, Pose, read_pose
+from soft_sim_ros.scene.read_section import read_section
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.reference import Reference
 from soft_sim_ros.scene.rod_model import COSSERAT, MODELS, RodModel
-from soft_sim_ros.scene.section import Section, read_section
+from soft_sim_ros.scene.section import Section
 from soft_sim_ros.scene.taper import Floats
 
 LINK_TIPS = ("free", "pinned")

@@ -5,17 +5,14 @@ from __future__ import annotations
 import csv
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from soft_sim_ros.errors import UnfitFile
 from soft_sim_ros.files import MOST_TABLE, read_npz, read_text
+from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.scene.words import nearest
-
-if TYPE_CHECKING:
-    from soft_sim_ros.scene.reader import Reader
 
 
 def read_columns(

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from soft_sim_ros.scene.interval import POSITIVE
-from soft_sim_ros.scene.profile import CHECKED, Profile
+from soft_sim_ros.scene.profile import CHECKED, Profile, profile_of
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
 
@@ -199,7 +199,7 @@ def read_cross_section(reader: Reader, length: float) -> CrossSection:
     reader.one_of(("shape",))
     shape = reader.choice("shape", DIMENSIONS)
     reader.only("shape", *DIMENSIONS[shape])
-    first, *others = (reader.profile(key, length, POSITIVE) for key in DIMENSIONS[shape])
+    first, *others = (profile_of(reader, key, length, POSITIVE) for key in DIMENSIONS[shape])
     if shape == "circle":
         return Circle(first)
     if shape == "annulus":

@@ -10,17 +10,14 @@ Data that vary gently give no cut at all.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from soft_sim_ros.scene.profile import CHECKED
 from soft_sim_ros.scene.sampling import FINEST, Unresolved
+from soft_sim_ros.scene.section import Section
 from soft_sim_ros.scene.taper import Floats, Taper
-
-if TYPE_CHECKING:
-    from soft_sim_ros.scene.section import Section
 
 MOST_PIECES = 256
 DEGREE, FIT = 6, 0.05  # of the polynomial on a piece, and its error over the largest value there

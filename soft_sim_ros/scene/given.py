@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from soft_sim_ros.scene.interval import NONNEGATIVE, POSITIVE, Interval
-from soft_sim_ros.scene.profile import Profile
+from soft_sim_ros.scene.profile import Profile, profile_of, profiles_of
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.taper import Floats
@@ -49,9 +49,9 @@ def read_given(reader: Reader, length: float) -> Given:
     """Read the keys GIVEN of a section of a length in m; all may be absent."""
     inertia: dict[int, Profile] = {}
     if reader.has("mass_per_length"):
-        inertia[0] = reader.profile("mass_per_length", length, POSITIVE)
+        inertia[0] = profile_of(reader, "mass_per_length", length, POSITIVE)
     if reader.has("inertia_per_length"):
-        moments = reader.profiles("inertia_per_length", 3, length, POSITIVE)
+        moments = profiles_of(reader, "inertia_per_length", 3, length, POSITIVE)
         inertia |= dict(enumerate(moments, start=1))
     return Given(
         stiffness=_read_law(reader, "stiffness", length, POSITIVE),
@@ -64,7 +64,7 @@ def read_given(reader: Reader, length: float) -> Given:
 def _read_law(reader: Reader, key: str, length: float, within: Interval) -> dict[int, Profile]:
     law = reader.mapping(key).only(*STRAINS)
     return {
-        i: law.profile(strain, length, within)
+        i: profile_of(law, strain, length, within)
         for i, strain in enumerate(STRAINS)
         if law.has(strain)
     }
@@ -82,5 +82,5 @@ def _read_coupling(reader: Reader, length: float) -> dict[tuple[int, int], Profi
             pair = min(i, j), max(i, j)
             if pair in coupling:
                 others.refuse(f"every pair once: it stands under {second} too", second)
-            coupling[pair] = others.profile(second, length)
+            coupling[pair] = profile_of(others, second, length)
     return coupling

@@ -2,7 +2,7 @@
 
 A fibre of an incompressible rod is stretched by λ along the backbone and sheared by γ around it.
 Its stored energy per reference volume is w(λ, γ²), its nominal stress ∂w/∂λ. A section puts its
-fibres together (core/kernels/fibres.py); here is what one of them is made of.
+fibres together (core/terms/fibres.py); here is what one of them is made of.
 """
 
 from __future__ import annotations

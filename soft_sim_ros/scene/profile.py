@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import scipy
@@ -18,11 +18,9 @@ import scipy
 from soft_sim_ros.scene.columns import read_columns
 from soft_sim_ros.scene.expression import Expression, ExpressionError
 from soft_sim_ros.scene.interval import FINITE, Interval
+from soft_sim_ros.scene.reader import REQUIRED, Reader
 from soft_sim_ros.scene.sampling import Unresolved, resolving
 from soft_sim_ros.scene.taper import Floats
-
-if TYPE_CHECKING:
-    from soft_sim_ros.scene.reader import Reader
 
 INTERPOLATIONS = ("linear", "monotone", "cubic")
 SOURCES = ("table", "file", "function", "expression")
@@ -115,6 +113,27 @@ def register_profile(name: str, function: Callable[[Floats], Floats]) -> None:
     smooth there. A recording keeps the name only: whoever runs it again registers it again.
     """
     _FUNCTIONS[name] = function
+
+
+def profile_of(
+    reader: Reader, key: str, length: float, within: Interval = FINITE, default: Any = REQUIRED
+) -> Profile:
+    """Return a quantity along a section of a length in m: as a taper, or a mapping."""
+    return reader.taper_or(lambda own: read_profile(own, length, within), key, within, default)
+
+
+def profiles_of(
+    reader: Reader,
+    key: str,
+    size: int,
+    length: float,
+    within: Interval = FINITE,
+    default: Any = REQUIRED,
+) -> tuple[Profile, ...]:
+    """Return a list of quantities along a section of a length in m."""
+    return reader.tapers_or(
+        lambda own: read_profile(own, length, within), key, size, within, default
+    )
 
 
 def read_profile(reader: Reader, length: float, within: Interval = FINITE) -> Profile:

@@ -11,8 +11,8 @@ Whatever is wrong becomes a SceneError with file, line, key path, value and what
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from typing import Any, NoReturn
+from collections.abc import Callable, Collection, Sequence
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 import yaml
@@ -20,11 +20,11 @@ import yaml
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene.document import MERGE, Document, is_null
 from soft_sim_ros.scene.interval import FINITE, Interval
-from soft_sim_ros.scene.profile import Profile, read_profile
 from soft_sim_ros.scene.taper import Floats, Taper
 from soft_sim_ros.scene.words import NAME, misspelt, nearest, to_number
 
 REQUIRED: Any = object()
+T = TypeVar("T")
 
 
 class Reader:
@@ -122,26 +122,35 @@ class Reader:
         node = self._find(key, default, f"a {within} or a pair [start, end] of them")
         return Taper(default, default) if node is None else self._taper(node, within, self._at(key))
 
-    def profile(
-        self, key: str, length: float, within: Interval = FINITE, default: Any = REQUIRED
-    ) -> Profile:
-        """Return a quantity along a section of a length in m: as a taper, or a mapping."""
+    def taper_or(
+        self,
+        read: Callable[[Reader], T],
+        key: str,
+        within: Interval = FINITE,
+        default: Any = REQUIRED,
+    ) -> Taper | T:
+        """Return a taper, or what ``read`` makes of a mapping."""
         node = self._find(key, default, f"a {within} or a pair [start, end] of them")
         if node is None:
             return Taper(default, default)
-        return self._profile(node, length, within, self._at(key))
+        return self._taper_or(read, node, within, self._at(key))
 
-    def profiles(
-        self, key: str, size: int, length: float, within: Interval = FINITE, default: Any = REQUIRED
-    ) -> tuple[Profile, ...]:
-        """Return a list of quantities along a section of a length in m."""
+    def tapers_or(
+        self,
+        read: Callable[[Reader], T],
+        key: str,
+        size: int,
+        within: Interval = FINITE,
+        default: Any = REQUIRED,
+    ) -> tuple[Taper | T, ...]:
+        """Return a list of tapers, or of what ``read`` makes of mappings."""
         expected = f"a list of {size} entries, each a number or a pair [start, end]"
         node = self._find(key, default, expected)
         if node is None:
             return (Taper(default, default),) * size
         items = self._items(node, size, expected, self._at(key))
         path = self._at(key)
-        return tuple(self._profile(n, length, within, f"{path}[{i}]") for i, n in enumerate(items))
+        return tuple(self._taper_or(read, n, within, f"{path}[{i}]") for i, n in enumerate(items))
 
     def word(self, key: str, default: Any = REQUIRED, expected: str = "a text") -> Any:
         """Return a text."""
@@ -312,9 +321,11 @@ class Reader:
             self._refuse_node(node, path, expected)
         return value
 
-    def _profile(self, node: yaml.Node, length: float, within: Interval, path: str) -> Profile:
+    def _taper_or(
+        self, read: Callable[[Reader], T], node: yaml.Node, within: Interval, path: str
+    ) -> Taper | T:
         if isinstance(node, yaml.MappingNode):
-            return read_profile(Reader(self.document, node, path), length, within)
+            return read(Reader(self.document, node, path))
         return self._taper(node, within, path)
 
     def _taper(self, node: yaml.Node, within: Interval, path: str) -> Taper:

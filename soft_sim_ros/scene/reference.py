@@ -8,7 +8,7 @@ import numpy as np
 
 from soft_sim_ros.scene.centre_line import read_centre_line
 from soft_sim_ros.scene.interval import POSITIVE
-from soft_sim_ros.scene.profile import Profile
+from soft_sim_ros.scene.profile import Profile, profile_of, profiles_of
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats, Taper
 
@@ -40,7 +40,7 @@ def read_reference(reader: Reader, length: float) -> Reference:
         return Reference(*read_centre_line(reader.mapping("centre_line"), length))
     reader.only("curvature", "stretch", "shear", "centre_line")
     return Reference(
-        curvature=reader.profiles("curvature", 3, length, default=0.0),
-        stretch=reader.profile("stretch", length, POSITIVE, default=1.0),
-        shear=reader.profiles("shear", 2, length, default=0.0),
+        curvature=profiles_of(reader, "curvature", 3, length, default=0.0),
+        stretch=profile_of(reader, "stretch", length, POSITIVE, default=1.0),
+        shear=profiles_of(reader, "shear", 2, length, default=0.0),
     )

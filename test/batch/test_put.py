@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from soft_sim_ros import load_scene
-from soft_sim_ros.core.compile import compile_scene
+from soft_sim_ros.core.compile.scene import compile_scene
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import parse_scene
 from soft_sim_ros.scene.load_scene import packaged_scenes

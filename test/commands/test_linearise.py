@@ -7,9 +7,9 @@ import pytest
 from scipy import signal
 from scipy.io import loadmat
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.linearisation import linearise
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.linearisation import linearise
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.scene import load_scene
 
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from scenes import ALL, rod_document, scene_of
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.element import default_nodes
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.compile.element import default_nodes
+from soft_sim_ros.core.settled import Dynamics
 
 STIFFNESS, LENGTH = 1e6 * np.pi * 0.03**4 / 4, 0.6
 

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.scene import Scene, parse_scene
 
 ALL = ["torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z"]

@@ -6,10 +6,10 @@ from differences import central_difference
 from rigged import COMMANDS, LENGTHS, rigged_document
 from scenes import random_state, rod_document, scene_of
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.kernels.system import factor, new_system, solve
-from soft_sim_ros.core.kernels.tangent import tangent
-from soft_sim_ros.core.simulation import LEDGER, Simulation
+from soft_sim_ros.core.recursion.elimination import factor, new_system, solve
+from soft_sim_ros.core.recursion.tangent import tangent
+from soft_sim_ros.core.settled import Dynamics, Simulation
+from soft_sim_ros.core.simulation.simulation import LEDGER
 
 
 @pytest.fixture(scope="module")

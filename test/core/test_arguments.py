@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scenes import rod_document, scene_of
 
-from soft_sim_ros.core.continuation import SpecialPoint, follow, switch
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.inverse_kinematics import inverse_kinematics
-from soft_sim_ros.core.linearisation import linearise
-from soft_sim_ros.core.load_path import one_effort, one_load, tip_wrench
-from soft_sim_ros.core.modes import complex_modes, modes
-from soft_sim_ros.core.sampler import Sampler
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.continuation import SpecialPoint, follow, switch
+from soft_sim_ros.core.analysis.inverse_kinematics import inverse_kinematics
+from soft_sim_ros.core.analysis.linearisation import linearise
+from soft_sim_ros.core.analysis.load_path import one_effort, one_load, tip_wrench
+from soft_sim_ros.core.analysis.modes import complex_modes, modes
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.mechanics.sampler import Sampler
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.errors import CommandError
 
 BENT = np.array([0, 0, 0, 0, 0.1, 0.0])

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scenes import rod, rod_document, scene_of
 
+from soft_sim_ros.core.analysis.statics import equilibrium
 from soft_sim_ros.core.bases import ElementBasis, base, get_basis
-from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.quadrature import gauss, lobatto
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import numerics
 

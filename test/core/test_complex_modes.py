@@ -5,9 +5,9 @@ import pytest
 from scenes import rod, rod_document, scene_of
 from scipy.optimize import brentq
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.modes import complex_modes, mode_poses, modes
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.modes import complex_modes, mode_poses, modes
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics
 
 LENGTH, RADIUS, E, G, RHO = 0.6, 0.0005, 1e6, 1e6 / 3, 1000.0
 AREA, INERTIA = np.pi * RADIUS**2, np.pi * RADIUS**4 / 4

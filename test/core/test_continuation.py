@@ -7,10 +7,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import ellipe, ellipk, jv
 
-from soft_sim_ros.core.continuation import BIFURCATION, LIMIT, follow, switch
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.load_path import one_effort, one_load, tip_wrench, whole_load
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.continuation import BIFURCATION, LIMIT, follow, switch
+from soft_sim_ros.core.analysis.load_path import one_effort, one_load, tip_wrench, whole_load
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.errors import CommandError, NoBranch, StaticsFailed
 
 LENGTH, RADIUS, E = 0.6, 0.03, 1e6

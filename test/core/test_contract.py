@@ -9,12 +9,11 @@ import pytest
 from cosserat_bvp import solve_rod
 from scenes import SOFT, rod_document, scene_of
 
-from soft_sim_ros.core.contract import choose, settled
-from soft_sim_ros.core.drive import Drive, probe
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.watch import WatchedInputs
+from soft_sim_ros.core.accuracy.contract import choose, settled
+from soft_sim_ros.core.accuracy.drive import Drive, probe
+from soft_sim_ros.core.accuracy.watch import WatchedInputs
+from soft_sim_ros.core.settled import Dynamics, Simulation
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import Diverged, SceneError, ToleranceMissed
 from soft_sim_ros.scene import Free, load_scene, parse_scene
 

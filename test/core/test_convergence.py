@@ -8,11 +8,18 @@ import numpy as np
 import pytest
 from scenes import plain, rod_document, scene_of
 
-from soft_sim_ros.core.contract import choose, settled
-from soft_sim_ros.core.convergence import SAFETY, SLOWEST, bound, contraction, distances, factor
-from soft_sim_ros.core.drive import Drive
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.watch import WatchedInputs
+from soft_sim_ros.core.accuracy.contract import choose, settled
+from soft_sim_ros.core.accuracy.convergence import (
+    SAFETY,
+    SLOWEST,
+    bound,
+    contraction,
+    distances,
+    factor,
+)
+from soft_sim_ros.core.accuracy.drive import Drive
+from soft_sim_ros.core.accuracy.watch import WatchedInputs
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import SceneError, SearchSpent, ToleranceMissed
 from soft_sim_ros.scene import Free
 

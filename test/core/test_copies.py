@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scenes import rod_document, scene_of, zoo_document
 
-from soft_sim_ros.core.discrete_gradient import DiscreteGradient
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.kernels.memory import Packed
-from soft_sim_ros.core.sampler import Sampler
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.analysis.discrete_gradient import DiscreteGradient
+from soft_sim_ros.core.backend.structs import Packed
+from soft_sim_ros.core.mechanics.sampler import Sampler
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import NotCopied
 from soft_sim_ros.scene import load_scene
 

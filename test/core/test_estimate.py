@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scenes import SOFT, rod_document, rod_simulation, scene_of
 
-from soft_sim_ros.core.estimate import Balance, Estimated, hidden_motion
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.accuracy.estimate import Balance, Estimated, hidden_motion
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import EnergyGained, Inaccurate
 
 LENGTH, RADIUS, YOUNG = 0.6, 0.01, 1e6

@@ -10,10 +10,10 @@ import yaml
 from every_key import DOCUMENTS
 from scenes import rod_document
 
-from soft_sim_ros.core.compile import compile_scene
-from soft_sim_ros.core.copying import arrays_of
-from soft_sim_ros.core.integrators import method_of
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.backend.copying import arrays_of
+from soft_sim_ros.core.compile.scene import compile_scene
+from soft_sim_ros.core.integrators.tableaus import method_of
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import SceneError, SolverError
 from soft_sim_ros.scene import parse_scene
 from soft_sim_ros.scene.reader import Reader

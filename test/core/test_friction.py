@@ -6,10 +6,10 @@ from differences import central_difference
 from scenes import ALL, random_state, rod_document, scene_of
 from scipy.spatial.transform import Rotation
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.sampler import Sampler
-from soft_sim_ros.core.simulation import LEDGER, Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.mechanics.sampler import Sampler
+from soft_sim_ros.core.settled import Dynamics, Simulation
+from soft_sim_ros.core.simulation.simulation import LEDGER
 
 LENGTH, TENSION, MU = 0.6, 10.0, 0.3
 

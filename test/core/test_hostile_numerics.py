@@ -5,9 +5,8 @@ import pytest
 from scenes import ALL, SOFT, rod_document, scene_of
 from scipy.integrate import quad
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import Diverged
 
 E, RADIUS, LENGTH = SOFT["young_modulus"], 0.03, 0.6

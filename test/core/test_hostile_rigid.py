@@ -6,7 +6,7 @@ from scenes import SOFT, scene_of
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 
 GRAVITY = np.array([0.7, -1.3, -9.0])
 BASE = {"position": [0.3, -0.2, 1.1], "rpy": [0.4, -0.7, 1.9]}

@@ -8,10 +8,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from scipy.optimize import fsolve
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.modes import modes
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.modes import modes
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics, Simulation
 
 E, G, RHO = SOFT["young_modulus"], SOFT["shear_modulus"], SOFT["density"]
 LENGTH, RADIUS = 0.6, 0.03

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from soft_sim_ros.core.identification import fit
+from soft_sim_ros.core.analysis.identification import fit
 from soft_sim_ros.errors import Diverged
 
 TIME = np.linspace(0.0, 3.0, 61)

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scenes import rod_document, scene_of
 
-from soft_sim_ros.core.continuation import follow
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.load_path import tip_wrench
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.continuation import follow
+from soft_sim_ros.core.analysis.load_path import tip_wrench
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.simulation.inputs import Inputs
 
 SOON = 0.1  # s of this process
 TIMES = 24

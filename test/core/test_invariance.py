@@ -5,7 +5,7 @@ import pytest
 from scenes import scene_of, zoo_document
 from scipy.spatial.transform import Rotation
 
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 
 
 def moved(document, turn, shift):

@@ -6,10 +6,10 @@ from scenes import rod_document, scene_of
 from scipy.optimize import minimize, minimize_scalar
 from scipy.spatial.transform import Rotation
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.inverse_kinematics import inverse_kinematics, tip_sensitivity
-from soft_sim_ros.core.statics import equilibrium
-from soft_sim_ros.core.tip_target import make_task
+from soft_sim_ros.core.analysis.inverse_kinematics import inverse_kinematics, tip_sensitivity
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.analysis.tip_target import make_task
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.errors import TargetUnreachable
 from soft_sim_ros.scene import load_scene
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 import soft_sim_ros
-from soft_sim_ros.core.kernels import dual, sweep
+from soft_sim_ros.core.algebra import dual
+from soft_sim_ros.core.recursion import rnea as sweep
 
 PACKAGE = Path(soft_sim_ros.__file__).parent
 KERNELS = "soft_sim_ros.core.kernels"

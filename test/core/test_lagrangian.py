@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scenes import random_state, scene_of, zoo_document
 
-from soft_sim_ros.core.dynamics import Dynamics
+from soft_sim_ros.core.settled import Dynamics
 
 SEEDS = range(3)
 

@@ -7,9 +7,8 @@ import sys
 import numpy as np
 import pytest
 
-from soft_sim_ros.core.kernels import dual
-from soft_sim_ros.core.kernels.jit import unit
-from soft_sim_ros.core.kernels.lanes import (
+from soft_sim_ros.core.algebra import dual
+from soft_sim_ros.core.algebra.simd import (
     each,
     four,
     fused,
@@ -21,6 +20,7 @@ from soft_sim_ros.core.kernels.lanes import (
     six,
     three,
 )
+from soft_sim_ros.core.backend.jit import unit
 
 bracket = unit(lambda a, b: dual.dcross(dual.load_twist(a), dual.load_twist(b)))
 

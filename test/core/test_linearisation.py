@@ -8,11 +8,10 @@ from scenes import ALL, rod_document, scene_of, zoo_document
 from scipy import signal
 from scipy.spatial.transform import Rotation
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.linearisation import linearise
-from soft_sim_ros.core.modes import complex_modes
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.linearisation import linearise
+from soft_sim_ros.core.analysis.modes import complex_modes
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics, Simulation
 
 EFFORTS = np.array([0.05, -0.02, 3.0, 2.0])
 TIP = np.array([0.01, -0.02, 0.03, 0.2, -0.1, 0.15])

@@ -7,8 +7,8 @@ from scipy.integrate import trapezoid
 from scipy.linalg import eig
 from scipy.optimize import brentq
 
-from soft_sim_ros.core.modes import frequencies, modes
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.analysis.modes import frequencies, modes
+from soft_sim_ros.core.settled import Simulation
 
 LENGTH, RADIUS, E, G, RHO = 0.6, 0.006, 1e6, 1e6 / 3, 1000.0
 AREA, INERTIA = np.pi * RADIUS**2, np.pi * RADIUS**4 / 4
@@ -201,7 +201,7 @@ def test_conservative_method_keeps_the_energy_of_undamped_motion():
 def test_spatial_error_falls_exponentially_with_the_order_of_the_basis():
     def tip(order):
         d = rod(strains=ALL[:4], order=order, gravity=(0, 0, -9.81), nodes=24)
-        from soft_sim_ros.core.statics import equilibrium
+        from soft_sim_ros.core.analysis.statics import equilibrium
 
         return d.node_poses(equilibrium(d))[-1][:3, 3]
 

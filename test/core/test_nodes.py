@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scenes import rod_document, scene_of
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.element import default_nodes
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.compile.element import default_nodes
+from soft_sim_ros.core.settled import Dynamics
 
 LENGTH, RADIUS = 0.6, 0.01
 STIFFNESS = 1e6 * np.pi * RADIUS**4 / 4

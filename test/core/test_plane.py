@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scenes import rod_document, scene_of
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.kernels.sweep import inverse_dynamics
-from soft_sim_ros.core.kernels.system import dense, new_system
-from soft_sim_ros.core.kernels.tangent import tangent
-from soft_sim_ros.core.model import PlaneXY, PlaneXZ, Spatial, in_its_plane
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.algebra.motion_space import PlaneXY, PlaneXZ, Spatial
+from soft_sim_ros.core.model.model import in_its_plane
+from soft_sim_ros.core.recursion.elimination import dense, new_system
+from soft_sim_ros.core.recursion.rnea import inverse_dynamics
+from soft_sim_ros.core.recursion.tangent import tangent
+from soft_sim_ros.core.settled import Dynamics, Simulation
 
 PLANES = {
     PlaneXZ: (["bend_y", "stretch", "shear_z"], "y"),

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scenes import rod_document, scene_of
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.prolong import finer, prolong, prolongation
-from soft_sim_ros.core.shape import strain
+from soft_sim_ros.core.compile.shape import strain
+from soft_sim_ros.core.refine.prolong import finer, prolong, prolongation
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.scene import load_scene
 
 KINDS = [

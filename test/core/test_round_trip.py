@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import ALL, plain
 
-from soft_sim_ros.core.refinement import Refinement, source_with
+from soft_sim_ros.core.refine.refinement import Refinement, source_with
 from soft_sim_ros.scene import Free, parse_scene
 
 BASES = st.fixed_dictionaries(

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from soft_sim_ros.core import se3
+from soft_sim_ros.core.algebra import se3
 
 number = st.floats(-3.0, 3.0, allow_subnormal=False)
 vectors = st.tuples(number, number, number).map(np.array)

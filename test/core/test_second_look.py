@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scenes import ALL, rod, rod_document, scene_of
 
-from soft_sim_ros.core import load_steps
-from soft_sim_ros.core.continuation import LIMIT, follow
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.load_path import whole_load
-from soft_sim_ros.core.stability import verdict
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis import load_steps
+from soft_sim_ros.core.analysis.continuation import LIMIT, follow
+from soft_sim_ros.core.analysis.load_path import whole_load
+from soft_sim_ros.core.analysis.stability import verdict
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.errors import StaticsFailed, UndampedFlutter
 
 LENGTH, E = 0.6, 1e6

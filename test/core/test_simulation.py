@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scenes import ALL, rod_document, rod_simulation, scene_of, zoo_document
 
-from soft_sim_ros.core.kernels.forcing import schedule_factor
-from soft_sim_ros.core.simulation import LEDGER, Simulation
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.simulation.simulation import LEDGER
+from soft_sim_ros.core.terms.forcing import schedule_factor
 from soft_sim_ros.errors import Diverged, SceneError, StaticsFailed
 from soft_sim_ros.scene import Schedule, load_scene, packaged_scenes
 

@@ -7,13 +7,12 @@ import pytest
 from scenes import rod, rod_document, scene_of
 from scipy.special import jn_zeros
 
-from soft_sim_ros.core.continuation import BIFURCATION, follow, switch
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.load_path import tip_wrench, whole_load
-from soft_sim_ros.core.modes import complex_modes, modes
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.stability import verdict
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.continuation import BIFURCATION, follow, switch
+from soft_sim_ros.core.analysis.load_path import tip_wrench, whole_load
+from soft_sim_ros.core.analysis.modes import complex_modes, modes
+from soft_sim_ros.core.analysis.stability import verdict
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import StaticsFailed, UndampedFlutter
 
 LENGTH, E = 0.6, 1e6

@@ -4,7 +4,7 @@ import pytest
 from numba.core import event
 from scenes import rod_document, scene_of, zoo_document
 
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.scene.numerics import INTEGRATORS
 
 

@@ -8,8 +8,8 @@ from scipy.integrate import solve_bvp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.errors import StaticsFailed
 
 LENGTH, RADIUS, E, G = 0.6, 0.03, 1e6, 1e6 / 3

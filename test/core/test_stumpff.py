@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from soft_sim_ros.core.kernels import rotation
-from soft_sim_ros.core.kernels.jit import unit
-from soft_sim_ros.core.kernels.lanes import one
+from soft_sim_ros.core.algebra import rotation
+from soft_sim_ros.core.algebra.simd import one
+from soft_sim_ros.core.backend.jit import unit
 
 ANGLES = np.concatenate([[0.0], np.logspace(-9, 1.2, 200), [math.pi, 2 * math.pi, 1.9999, 2.0001]])
 

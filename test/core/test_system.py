@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scenes import ALL, random_state, rod, scene_of, zoo_document
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.kernels.system import factor, new_system, solve
-from soft_sim_ros.core.kernels.tangent import tangent
+from soft_sim_ros.core.recursion.elimination import factor, new_system, solve
+from soft_sim_ros.core.recursion.tangent import tangent
+from soft_sim_ros.core.settled import Dynamics
 
 
 @pytest.mark.parametrize(

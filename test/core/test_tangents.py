@@ -5,7 +5,7 @@ import pytest
 from differences import central_difference
 from scenes import ALL, random_state, rod, scene_of, zoo_document
 
-from soft_sim_ros.core.dynamics import Dynamics
+from soft_sim_ros.core.settled import Dynamics
 
 EFFORTS = np.array([0.3, -0.2, 8.0, 5.0])
 

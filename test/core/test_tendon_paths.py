@@ -5,9 +5,9 @@ import pytest
 from scenes import ALL, rod_document, scene_of
 from tendon_bvp import solve_tendon_rod
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.simulation import LEDGER, Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics, Simulation
+from soft_sim_ros.core.simulation.simulation import LEDGER
 from soft_sim_ros.errors import SceneError
 
 LENGTH, RADIUS, E, G = 0.6, 0.03, 1e6, 1e6 / 3

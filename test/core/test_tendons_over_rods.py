@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scenes import ALL, SOFT, scene_of
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import SceneError
 
 LENGTHS = (0.25, 0.15)

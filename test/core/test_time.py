@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scenes import ALL, rod_document, scene_of, zoo_document
 
-from soft_sim_ros.core.scipy_adapter import FirstOrder, solve
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.mechanics.scipy_adapter import FirstOrder, solve
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import SceneError
 
 

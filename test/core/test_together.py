@@ -10,7 +10,7 @@ from contextlib import suppress
 
 import pytest
 
-from soft_sim_ros.core.kernels import together
+from soft_sim_ros.core.backend import together
 
 # Compiles three small units with an empty folder; argv: a Python interpreter for the helpers.
 SCRIPT = """

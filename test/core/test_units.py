@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes import ALL, SOFT, scene_of
 
-from soft_sim_ros.core.dynamics import Dynamics
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.scene.actuator import Actuator, Units
 
 # powers of length in each unit, where mass and time stay as they are

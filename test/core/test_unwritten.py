@@ -15,12 +15,11 @@ from scenes import SOFT, plain
 
 from benchmarks.curled import EI, LENGTH, at_rest, moving
 from benchmarks.defaults import WAYS, entries_of, scene_of
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.prolong import finer, prolong, reference_turn
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.space_error import Forcing, motion_error, static_error
-from soft_sim_ros.core.statics import equilibrium
-from soft_sim_ros.core.unwritten import settle_unwritten
+from soft_sim_ros.core.accuracy.unwritten import settle_unwritten
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.refine.prolong import finer, prolong, reference_turn
+from soft_sim_ros.core.refine.space_error import Forcing, motion_error, static_error
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import NotResolved
 from soft_sim_ros.scene import load_scene, parse_scene
 
@@ -133,8 +132,8 @@ def test_uniform_bending_is_exact_in_any_basis_and_no_error_is_seen():
 
 
 def test_a_look_changes_no_bit_of_the_motion():
-    from soft_sim_ros.core.inputs import Inputs
-    from soft_sim_ros.core.space_watch import LookedInputs
+    from soft_sim_ros.core.accuracy.space_watch import LookedInputs
+    from soft_sim_ros.core.simulation.inputs import Inputs
 
     ends = []
     for kind, more in ((Inputs, {}), (LookedInputs, {"beat": 0.02})):

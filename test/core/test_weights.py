@@ -5,12 +5,12 @@ import pytest
 from numpy.polynomial import Legendre
 from scenes import rod, rod_document, scene_of
 
+from soft_sim_ros.core.analysis.statics import equilibrium
 from soft_sim_ros.core.bases import ElementBasis, base, get_basis, register
-from soft_sim_ros.core.compile import build_chain, compile_scene
-from soft_sim_ros.core.dynamics import Dynamics
+from soft_sim_ros.core.compile.scene import build_chain, compile_scene
+from soft_sim_ros.core.compile.weights import absolute_moments, weights
 from soft_sim_ros.core.quadrature import gauss, scattered
-from soft_sim_ros.core.statics import equilibrium
-from soft_sim_ros.core.weights import absolute_moments, weights
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.scene import numerics
 
 X = np.linspace(0.0, 1.0, 200_001)

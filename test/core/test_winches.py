@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scenes import ALL, rod_document, scene_of
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.modes import modes
-from soft_sim_ros.core.simulation import LEDGER, Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.modes import modes
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics, Simulation
+from soft_sim_ros.core.simulation.simulation import LEDGER
 
 LENGTH, RADIUS, E = 0.6, 0.03, 1e6
 AREA = np.pi * RADIUS**2

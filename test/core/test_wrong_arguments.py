@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from scenes import rod_document, scene_of
 
-from soft_sim_ros.core import se3
-from soft_sim_ros.core.discrete_gradient import DiscreteGradient
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.overflow import LATEST
-from soft_sim_ros.core.port_hamiltonian import PortHamiltonian
-from soft_sim_ros.core.sampler import Sampler
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.algebra import se3
+from soft_sim_ros.core.analysis.discrete_gradient import DiscreteGradient
+from soft_sim_ros.core.analysis.port_hamiltonian import PortHamiltonian
+from soft_sim_ros.core.compile.overflow import LATEST
+from soft_sim_ros.core.mechanics.sampler import Sampler
+from soft_sim_ros.core.settled import Dynamics, Simulation
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import BadArgument, CommandError, SceneError
 
 ACTUATORS = 2

@@ -6,7 +6,7 @@ import os
 import sys
 import time
 
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.node import prepare, simulate
 

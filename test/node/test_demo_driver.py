@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numba
 
 from soft_sim_ros.commands import drive
-from soft_sim_ros.core.compilation import compilations
+from soft_sim_ros.core.backend.compilation import compilations
 from soft_sim_ros.node import prepare
 
 

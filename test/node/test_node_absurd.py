@@ -11,10 +11,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 
 from soft_sim_ros.commands.rerun import Rerun
-from soft_sim_ros.core.bounds import Bounds
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.watch import WatchedInputs
+from soft_sim_ros.core.accuracy.watch import WatchedInputs
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.simulation.bounds import Bounds
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.recording.reader import read_run
 from soft_sim_ros.scene import load_scene, packaged_scenes, parse_scene
@@ -126,7 +126,7 @@ def test_a_failed_attempt_leaves_no_bit_behind_when_its_command_is_withdrawn():
 def test_the_companion_of_a_watched_run_goes_along_when_a_command_is_withdrawn():
     text = FILE.read_text()
     text = text[: text.index("numerics:")] + "numerics: {step: 0.002, tolerance: 0.01}\n"
-    from soft_sim_ros.core.contract import choose
+    from soft_sim_ros.core.accuracy.contract import choose
 
     inputs = WatchedInputs(Stubborn(choose(parse_scene(text)).scene), 0.0, 0.0)
     inputs.advance(4)

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from soft_sim_ros.core.inputs import Inputs, wrench_frame
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.simulation.inputs import Inputs, wrench_frame
 from soft_sim_ros.errors import CommandError
 from soft_sim_ros.node.commands import Throttle
 from soft_sim_ros.scene import load_scene

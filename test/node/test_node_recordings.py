@@ -12,8 +12,8 @@ from rclpy.serialization import deserialize_message
 from recorded_run import record_eventful_run
 from rosgraph_msgs.msg import Clock
 
-from soft_sim_ros.core.inputs import Inputs
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.node.commands import read_order
 from soft_sim_ros.node.publishers import message_class
 from soft_sim_ros.recording.cdr import encode_string

@@ -8,7 +8,7 @@ import pytest
 BLOCK = "import sys; sys.modules['rclpy'] = sys.modules['rcl_interfaces'] = None; "
 MODULES = (
     "soft_sim_ros.scene",
-    "soft_sim_ros.core.simulation",
+    "soft_sim_ros.core.simulation.simulation",
     "soft_sim_ros.recording.reader",
     "soft_sim_ros.recording.writer",
     "soft_sim_ros.report",

@@ -5,10 +5,10 @@ import pytest
 from cosserat_bvp import solve_rod
 from scenes import ALL, SOFT, random_state, rod_document, scene_of
 
-from soft_sim_ros.core import field, se3
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.algebra import se3
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.mechanics import field
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import SceneError
 
 LENGTH, RADIUS = 0.6, 0.03

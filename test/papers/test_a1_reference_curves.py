@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.cases import Case
 from benchmarks.independent import absolute
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import load_scene, parse_scene, register_profile, summary
 

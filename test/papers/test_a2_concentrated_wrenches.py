@@ -5,8 +5,8 @@ import pytest
 from scenes import ALL, SOFT, random_state, rod, rod_document, scene_of, zoo_document
 from scipy.integrate import solve_ivp
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.scene import load_scene
 
 E, G, RHO = SOFT["young_modulus"], SOFT["shear_modulus"], SOFT["density"]

@@ -8,10 +8,9 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, fsolve
 from scipy.special import jn_zeros
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.modes import modes
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.modes import modes
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import SceneError, StaticsFailed
 from soft_sim_ros.scene import load_scene
 

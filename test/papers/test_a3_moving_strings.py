@@ -5,7 +5,7 @@ import pytest
 from scenes import rod_document, scene_of
 from scipy.integrate import solve_ivp
 
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import Diverged
 
 LENGTH, LEAN, G = 2.0, 0.5, 9.81

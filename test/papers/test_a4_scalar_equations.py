@@ -10,8 +10,9 @@ from scenes import rod
 from scipy.spatial.transform import Rotation
 
 from soft_sim_ros.commands.derive import main
-from soft_sim_ros.core import field, se3
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.algebra import se3
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.mechanics import field
 from soft_sim_ros.errors import DeriveError, MissingExtra
 
 sympy = pytest.importorskip("sympy")

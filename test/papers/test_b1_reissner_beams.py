@@ -8,10 +8,9 @@ from scipy.linalg import eig
 from scipy.optimize import brentq, root
 
 from soft_sim_ros import load_scene
-from soft_sim_ros.core import spatial
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.mechanics import spatial
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.scene import packaged_scenes
 
 LENGTH, E, G, RHO = 0.6, 1e6, 1e6 / 3, 1000.0

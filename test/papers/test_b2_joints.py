@@ -7,9 +7,8 @@ from scenes import scene_of
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from soft_sim_ros.core import se3
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.algebra import se3
+from soft_sim_ros.core.settled import Dynamics, Simulation
 
 CHAIN = {
     "name": "joints",

@@ -7,8 +7,7 @@ from scenes import SOFT, scene_of
 from scipy.integrate import quad, solve_ivp
 from scipy.special import roots_legendre
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Dynamics, Simulation
 
 RADIUS = 0.03
 AREA, SECOND = np.pi * RADIUS**2, np.pi * RADIUS**4 / 4

@@ -10,11 +10,10 @@ from scenes import scene_of
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.link_modes import Modes
-from soft_sim_ros.core.moments import concentrated
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.compile.link_modes import Modes
+from soft_sim_ros.core.compile.moments import concentrated
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import parse_scene
 

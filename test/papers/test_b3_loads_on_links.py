@@ -6,9 +6,9 @@ from floating_links import LENGTH, STRIP, document, link
 from scenes import scene_of
 from scipy.spatial.transform import Rotation
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.link_modes import Modes
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.compile.link_modes import Modes
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.errors import SceneError
 
 FORCE, MOMENT = np.array([0.5, -0.8, 1.1]), np.array([0.2, 0.3, -0.4])

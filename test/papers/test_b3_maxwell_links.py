@@ -6,7 +6,7 @@ from scenes import scene_of
 from scipy.integrate import trapezoid
 from scipy.linalg import expm
 
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import SceneError
 
 RATIO, TIME = 0.8, 0.05

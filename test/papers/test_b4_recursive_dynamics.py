@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scenes import ALL, SOFT, scene_of
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.prescribed import prescribed_motion
+from soft_sim_ros.core.mechanics.prescribed import prescribed_motion
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.scene import load_scene
 
 SECTION = {"name": "s", "length": 0.3, "material": "soft",

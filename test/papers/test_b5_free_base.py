@@ -6,7 +6,7 @@ from scenes import ALL, SOFT, rod_document, scene_of
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipk
 
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import StaticsFailed
 
 FREE = {"joint": "base", "kind": "free"}

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scenes import ALL, SOFT, scene_of
 
-from soft_sim_ros.core import se3
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.algebra import se3
+from soft_sim_ros.core.settled import Dynamics, Simulation
 
 BASE = {"position": [0.4, -1.0, 2.0], "rpy": [0.5, -0.3, 1.2]}
 LENGTH, RADIUS = 0.4, 0.02

@@ -6,9 +6,9 @@ from scenes import ALL, rod, rod_document, scene_of
 from scipy.integrate import solve_bvp
 from scipy.spatial.transform import Rotation
 
-from soft_sim_ros.core import field
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.mechanics import field
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import SceneError
 
 GRAVITY = (1.0, 2.0, -9.8)

@@ -8,12 +8,12 @@ import pytest
 from scenes import ALL, rod, rod_document, scene_of, zoo_document
 from scipy.special import roots_chebyt
 
+from soft_sim_ros.core.analysis.statics import equilibrium
 from soft_sim_ros.core.bases import base, get_basis
-from soft_sim_ros.core.compile import compile_scene
-from soft_sim_ros.core.dynamics import Dynamics
+from soft_sim_ros.core.compile.scene import compile_scene
+from soft_sim_ros.core.compile.shape import selection_matrix, shape_matrix, strain
 from soft_sim_ros.core.quadrature import gauss
-from soft_sim_ros.core.shape import selection_matrix, shape_matrix, strain
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.errors import NoSuchPlace, SceneError
 from soft_sim_ros.scene import load_scene, numerics
 

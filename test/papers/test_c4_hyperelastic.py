@@ -9,9 +9,8 @@ from scenes import random_state, rod_document, scene_of
 from scipy.integrate import quad, solve_bvp
 from scipy.optimize import brentq, root
 
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import Diverged, SceneError, StaticsFailed
 from soft_sim_ros.scene import register_law
 from soft_sim_ros.scene.law import Rivlin

@@ -11,8 +11,8 @@ import pytest
 from scenes import ALL, random_state, rod_document, scene_of
 from scipy.linalg import expm
 
-from soft_sim_ros.core.port_hamiltonian import PortHamiltonian
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.analysis.port_hamiltonian import PortHamiltonian
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import Diverged, SceneError
 from soft_sim_ros.scene import INTEGRATORS
 

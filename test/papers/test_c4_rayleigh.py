@@ -8,10 +8,9 @@ from differences import central_difference
 from scenes import random_state, rod_document, scene_of, zoo_document
 from scipy.linalg import eigh
 
-from soft_sim_ros.core.discrete_gradient import DiscreteGradient
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.port_hamiltonian import PortHamiltonian
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.analysis.discrete_gradient import DiscreteGradient
+from soft_sim_ros.core.analysis.port_hamiltonian import PortHamiltonian
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import SceneError
 
 ALPHA, BETA = 3.0, 2e-3

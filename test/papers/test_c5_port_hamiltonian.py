@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from scenes import ALL, random_state, rod, rod_document, scene_of, zoo_document
 
-from soft_sim_ros.core import discrete_gradient
-from soft_sim_ros.core.discrete_gradient import DiscreteGradient
-from soft_sim_ros.core.dynamics import Dynamics
-from soft_sim_ros.core.port_hamiltonian import PortHamiltonian
-from soft_sim_ros.core.simulation import Simulation
-from soft_sim_ros.core.statics import equilibrium
+from soft_sim_ros.core.analysis import discrete_gradient
+from soft_sim_ros.core.analysis.discrete_gradient import DiscreteGradient
+from soft_sim_ros.core.analysis.port_hamiltonian import PortHamiltonian
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import Diverged, NewtonFailed, SceneError
 from soft_sim_ros.scene import load_scene
 

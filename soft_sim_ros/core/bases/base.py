@@ -2,8 +2,9 @@
 
 from abc import ABC, abstractmethod
 
+from soft_sim_ros.core.floats import Floats
+
 from ...scene.numerics import BASES
-from ..model import Floats
 
 
 class ElementBasis(ABC):

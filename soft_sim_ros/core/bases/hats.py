@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ..model import Floats
+from soft_sim_ros.core.floats import Floats
+
 from .base import SectionBasis, register
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
 
-from ..model import Floats
+from soft_sim_ros.core.floats import Floats
+
 from .base import ElementBasis, register
 
 

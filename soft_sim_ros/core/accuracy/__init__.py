@@ -1,0 +1,1 @@
+"""Numerics chosen for a tolerance, and runs that know their error."""

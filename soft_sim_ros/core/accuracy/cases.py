@@ -1,0 +1,132 @@
+"""What loads and actuators can do to an arm: the cases of statics that its space has to show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.refine.space_error import Forcing, newton, static_error
+
+# What has no limits turns the tip by half a turn at most, or moves it so far over the length, by
+# small motion; a wrench that nobody knows yet moves it by PUSH.
+TURN, WAY, PUSH = np.pi, 1.5, 0.3
+DRAWN = 2  # corners beside the highest and the lowest
+TIMES = 3  # at which loads act differently, at most
+# Loads grow in so many steps; what cannot be reached so is no case. Motion within PERIOD s is held
+# by inertia where nothing else does.
+PARTS, PERIOD = (1, 4, 16), 2.0
+
+
+@dataclass
+class Case:
+    """One state of rest.
+
+    Parameters
+    ----------
+    forcing : what acts
+    q : (n,) the equilibrium of some model of the scene
+    """
+
+    forcing: Forcing
+    q: Floats
+
+
+def cases(dynamics: Dynamics) -> list[Forcing]:
+    """Return what may act on an arm: the same at every call.
+
+    At rest with safe efforts, whenever scheduled loads act; all actuators at their upper and lower
+    limits and at corners drawn between; a push at the tip in two directions.
+    """
+    scene = dynamics.compiled.scene
+    safe = np.array([actuator.safe for actuator in scene.actuators], dtype=float)
+    times = [0.0]
+    for load in scene.loads:
+        begin, end = load.schedule.start + load.schedule.ramp, load.schedule.end
+        times.append(begin if np.isinf(end) else max(begin, 0.5 * (begin + end)))
+    times = sorted(set(times))[-TIMES:]
+    out = [Forcing(safe, time) for time in times]
+    turns, ways = _responses(dynamics)
+    if len(safe):
+        signs = np.random.default_rng(2).choice([-1.0, 1.0], (DRAWN, len(safe)))
+        corners = np.vstack([np.ones(len(safe)), -np.ones(len(safe)), signs])
+        out += [Forcing(_corner(dynamics, row, turns, ways), times[-1]) for row in corners]
+    out += [Forcing(safe, times[-1], 1.0, tip) for tip in _pushes(dynamics)]
+    return out
+
+
+def settle(dynamics: Dynamics, forcing: Forcing, q: Floats | None = None) -> Floats | None:
+    """Return an equilibrium (n,) from q or from the reference shape, loads growing; or None."""
+    if q is not None and (found := newton(dynamics, q, forcing)) is not None:
+        return found
+    for parts in PARTS:
+        state: Floats | None = np.zeros(dynamics.n)
+        for k in range(1, parts + 1):
+            now = forcing._replace(share=forcing.share * k / parts)
+            state = None if state is None else newton(dynamics, state, now)
+        if state is not None:
+            return state
+    return None
+
+
+def error_of(dynamics: Dynamics, forcing: Forcing) -> tuple[float, Floats | None]:
+    """Return the error in space of a case over the length, and its equilibrium, if there is one."""
+    q = settle(dynamics, forcing)
+    return (0.0, None) if q is None else (static_error(dynamics, q, forcing), q)
+
+
+def _responses(dynamics: Dynamics) -> tuple[Floats, Floats]:
+    """Return by how much unit efforts turn and move the tip by small motion (3, A), rad and m."""
+    if not dynamics.actuators or not dynamics.n:
+        none = np.zeros((3, dynamics.actuators))
+        return none, none
+    zero = np.zeros(dynamics.n)
+    moves = np.linalg.solve(_held(dynamics), dynamics.effort_matrix(zero))
+    tip = dynamics.tip_jacobian(zero) @ moves
+    return tip[:3], tip[3:]
+
+
+def _held(dynamics: Dynamics) -> Floats:
+    """Return a stiffness (n, n) that holds every coordinate: inertia helps where there is none."""
+    mass = dynamics.mass_matrix(np.zeros(dynamics.n))
+    return dynamics.stiffness_matrix() + mass * (2.0 * np.pi / PERIOD) ** 2
+
+
+def _corner(dynamics: Dynamics, signs: Floats, turns: Floats, ways: Floats) -> Floats:
+    """Return efforts (A,) at the limits, or what moves the tip enough where there are none."""
+    length = dynamics.compiled.length
+    reach = np.maximum(
+        np.linalg.norm(turns, axis=0) / TURN, np.linalg.norm(ways, axis=0) / (WAY * length)
+    )
+    efforts, open_ended = np.zeros(len(signs)), np.zeros(len(signs), dtype=bool)
+    for i, actuator in enumerate(dynamics.compiled.scene.actuators):
+        limit = actuator.limits[1 if signs[i] > 0.0 else 0]
+        open_ended[i] = not np.isfinite(limit)
+        efforts[i] = signs[i] / max(reach[i], 1e-300) if open_ended[i] else limit
+    together = np.where(open_ended, efforts, 0.0)
+    most = max(
+        np.linalg.norm(turns @ together) / TURN, np.linalg.norm(ways @ together) / (WAY * length)
+    )
+    return np.where(open_ended, efforts / max(1.0, most), efforts)
+
+
+def _pushes(dynamics: Dynamics) -> list[Floats]:
+    """Return wrenches (6,) at the tip, along world axes: two oblique forces that move it by PUSH.
+
+    An arm that does not yield gets none.
+    """
+    if not dynamics.n:
+        return []
+    jacobian = dynamics.tip_jacobian(np.zeros(dynamics.n))[3:]
+    frame = dynamics.node_poses(np.zeros(dynamics.n))[-1][:3, :3]
+    yields = jacobian @ np.linalg.solve(_held(dynamics), jacobian.T)
+    out = []
+    for direction in ([0.2, 1.0, 0.3], [-0.1, -0.3, 1.0]):
+        unit = np.array(direction) / np.linalg.norm(direction)
+        way = float(np.linalg.norm(yields @ unit))
+        if way > 0.0:
+            force = frame @ (PUSH * dynamics.compiled.length / way * unit)
+            out.append(np.concatenate([np.zeros(3), force]))
+    return out

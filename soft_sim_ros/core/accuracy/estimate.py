@@ -1,0 +1,195 @@
+"""What a run knows about its own error in time.
+
+Two things can go wrong with a step: it shows the motion inexactly, or it does not show it at all.
+A companion with another method and a quarter of the step reveals the first. It does not reveal the
+second: two runs that both damp out a fast vibration agree with each other. But a vibration that the
+method damped out, or made, is missing from the energy ledger, or too much in it, and so much energy
+can carry the tip only so far (``Balance``). The estimate is the sum of both, against the limit of
+small steps; the basis and the nodes are not judged.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import eigvals
+
+from soft_sim_ros.core.analysis.small_motion import real_modes, unit_scale
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.simulation.simulation import Simulation
+from soft_sim_ros.errors import EnergyGained, Inaccurate
+
+# The companion's part of a step, and its method. Inputs that jump leave errors which hardly depend
+# on the step until fast motion is resolved, but do depend on the method.
+PART = 4
+COMPANION = {"sdirk3": "sdirk4"}
+OTHERS = "sdirk3"
+# Twice their difference: right even where the error falls no faster than the root of the step.
+SAFETY = 2.0
+# A motion of angular frequency ω is shown, at least by the companion, while ω h is below this.
+SHOWN = 2.0
+GAIN_ALLOWED = 0.1
+MODES_CHECKED = 300  # beyond this many coordinates all motion is taken as slow, and not to decay
+
+
+def hidden_motion(dynamics: Dynamics, q: Floats, step: float) -> tuple[float, float]:
+    """Return what motion too fast for ``step`` in s can do: its reach in m/√J and decay in 1/s.
+
+    Of free motion about q without loads, M ẍ + R ẋ + K x = 0. The reach is the largest displacement
+    J Σ φᵢ aᵢ of the tip with ½ Σ ωᵢ² aᵢ² = 1 over the modes with ω h ≥ SHOWN: √(2 λ), λ the largest
+    eigenvalue of Σ (J φᵢ)(J φᵢ)ᵀ/ωᵢ². The decay is the slowest at which any of the fast motions
+    loses energy: twice that of its amplitude.
+    """
+    n = len(q)
+    if n == 0:
+        return 0.0, 0.0
+    mass, stiffness = dynamics.mass_matrix(q), dynamics.stiffness_matrix()
+    jacobian, damping = dynamics.tip_jacobian(q)[3:], dynamics.damping_matrix()
+    if n > MODES_CHECKED:
+        held = np.flatnonzero(np.diag(stiffness))
+        soft = np.linalg.solve(stiffness[np.ix_(held, held)], jacobian[:, held].T)
+        return float(np.sqrt(2.0 * np.linalg.eigvalsh(jacobian[:, held] @ soft)[-1])), 0.0
+    scale = unit_scale(stiffness, np.diag(stiffness), dynamics.model.weight)
+    omega, shapes = real_modes(stiffness, mass, scale)
+    omega = np.abs(omega)
+    hidden = omega * step >= SHOWN
+    if not hidden.any():
+        return 0.0, 0.0
+    moves = (jacobian @ shapes)[:, hidden] / omega[hidden]
+    reach = float(np.sqrt(2.0 * np.linalg.eigvalsh(moves @ moves.T)[-1]))
+    # by modes, in units of the step: so no motion is round-off of another
+    flow = np.zeros((2 * n, 2 * n))
+    flow[:n, n:] = step * np.diag(omega)
+    flow[n:, :n] = -flow[:n, n:]
+    flow[n:, n:] = -step * (shapes.T @ damping @ shapes)
+    rates = eigvals(flow)
+    fast = np.abs(rates) >= SHOWN
+    return reach, max(0.0, float(-2.0 * rates[fast].real.max() / step)) if fast.any() else 0.0
+
+
+class Balance:
+    """What the energy ledger says about the steps so far.
+
+    What is missing from the ledger is a motion too fast for the step; it would have died away at
+    least as fast as the slowest of these does, so that is what it is forgotten at.
+
+    Parameters
+    ----------
+    simulation : Simulation, at its start
+
+    Attributes
+    ----------
+    hidden : bound in m on what the tip lacks (or has too much) of motion too fast for the step
+    gain : largest rise of the residual so far, in J
+    turned : all energy turned over, in J: the work of actuators and loads without regard to sign,
+        the heat, and the largest change of what is stored
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        step = simulation.step_ns * 1e-9
+        self._reach, self._decay = hidden_motion(simulation.dynamics, simulation.q, step)
+        self._time = simulation.time
+        self._start = self._last = simulation.ledger()
+        self._missing = self._low = self._high = 0.0
+        self._least = self._work = self._stored = 0.0
+        self.hidden = self.gain = self.turned = 0.0
+
+    def update(self) -> None:
+        """Look at the ledger. The more often, the more work is seen that is taken back later."""
+        time, ledger = self._simulation.time, self._simulation.ledger()
+        change = ledger - self._last
+        fading = float(np.exp(-self._decay * (time - self._time)))
+        self._missing = self._missing * fading + change[-1]
+        self._low, self._high = min(self._low, self._missing), max(self._high, self._missing)
+        # the arm is nowhere further from itself than twice its length
+        most = 2.0 * self._simulation.length
+        spread = self._high - self._low
+        self.hidden = min(most, self._reach * float(np.sqrt(spread))) if spread > 0.0 else 0.0
+        self._work += float(np.abs(change[3:5]).sum())
+        self._stored = max(self._stored, float(np.abs(ledger[:3] - self._start[:3]).sum()))
+        self._least = min(self._least, float(ledger[-1]))
+        self.gain = max(self.gain, float(ledger[-1]) - self._least)
+        self.turned = self._work + self._stored + float(ledger[5])
+        self._time, self._last = time, ledger
+
+
+class Estimated:
+    """A simulation with a companion of smaller steps, which together know their error in time.
+
+    The companion follows the efforts of the simulation, not a wrench at its tip.
+
+    Parameters
+    ----------
+    simulation : Simulation, at its start; its step is a multiple of 4 ns
+    limit : of the estimate, over the length; infinite: never refused
+
+    Attributes
+    ----------
+    error_rel : largest estimate so far of the tip's error over the length: twice
+        ``difference_rel``, the distance of the two tips, and ``hidden_rel``, that of Balance
+    gained_rel : energy from nowhere over the energy turned over: the rise of the ledger's residual,
+        as far as the arm did hold more energy than the companion's (the rest is the ledger's own
+        error, of heat within a step for instance)
+    ledger_gain_rel : the same without regard to the companion
+    """
+
+    def __init__(self, simulation: Simulation, limit: float = float("inf")) -> None:
+        self.simulation, self.limit = simulation, limit
+        scene = simulation.scene
+        numerics = replace(
+            scene.numerics,
+            step=scene.numerics.step / PART,
+            integrator=COMPANION.get(scene.numerics.integrator, OTHERS),
+            options={},
+        )
+        self.companion = Simulation(replace(scene, numerics=numerics))
+        self._tips = [s.sampler(2) for s in (simulation, self.companion)]
+        self._balance = Balance(simulation)
+        self._excess = 0.0
+        self.difference_rel = self.hidden_rel = self.error_rel = self.gained_rel = 0.0
+        self.ledger_gain_rel = 0.0
+
+    def follow(self, steps: int) -> None:
+        """Let the companion follow ``steps`` steps that the simulation has made, and look.
+
+        The efforts that the simulation holds now must have acted in all of them.
+
+        Raises
+        ------
+        Diverged
+            if the companion gives up
+        Inaccurate
+            if the estimate is beyond the limit
+        EnergyGained
+            if there is a limit, and more than GAIN_ALLOWED of the energy is from nowhere
+        """
+        self.companion.set_efforts(self.simulation.ports()[2])
+        self.companion.advance(PART * steps)
+        length, time = self.simulation.length, self.simulation.time
+        tips = [sampler.poses()[-1, :3] for sampler in self._tips]
+        apart = float(np.linalg.norm(tips[0] - tips[1])) / length
+        self._balance.update()
+        self.difference_rel = max(self.difference_rel, apart)
+        self.hidden_rel = self._balance.hidden / length
+        self.error_rel = SAFETY * self.difference_rel + self.hidden_rel
+        stored = [float(s.ledger()[:3].sum()) for s in (self.simulation, self.companion)]
+        self._excess = max(self._excess, stored[0] - stored[1])
+        gain, turned = self._balance.gain, self._balance.turned
+        self.gained_rel = min(gain, self._excess) / turned if turned > 0.0 else 0.0
+        self.ledger_gain_rel = gain / turned if turned > 0.0 else 0.0
+        if not self.error_rel <= self.limit:
+            raise Inaccurate(time, self.error_rel, self.limit)
+        if self.limit < float("inf") and not self.gained_rel <= GAIN_ALLOWED:
+            raise EnergyGained(time, self.gained_rel, GAIN_ALLOWED)
+
+    def summary(self) -> dict[str, float]:
+        """Return the estimate and its parts, over the length, and the gain of energy."""
+        return {
+            "error_rel": self.error_rel,
+            "difference_rel": self.difference_rel,
+            "hidden_rel": self.hidden_rel,
+            "gained_rel": self.gained_rel,
+        }

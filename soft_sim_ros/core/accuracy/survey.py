@@ -1,0 +1,55 @@
+"""How far off the tip is in space where loads and actuators can take an arm, and in a motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_sim_ros.core.refine.prolong import finer
+from soft_sim_ros.core.refine.space_error import static_error
+from soft_sim_ros.core.simulation.simulation import Simulation
+
+from .cases import cases, error_of
+from .drive import Drive
+from .space_watch import acting
+from .unwritten import MOST, SHORT, companions_apart
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Estimates of the tip's error in space, over the length; infinite where there is none.
+
+    rest : in the state of rest that was given
+    corners : in all states of rest of cases.py that the arm's loads and actuators can cause
+    motion : in a second from the initial state with safe efforts, against a finer companion
+    """
+
+    rest: float
+    corners: float
+    motion: float
+
+    @property
+    def certain(self) -> float:
+        """The largest that no command is needed for."""
+        return max(self.rest, self.motion)
+
+
+def survey(simulation: Simulation, q: np.ndarray | None) -> Survey | None:
+    """Look at an arm; None if it has too many coordinates for a look that is short.
+
+    q : (n,) the equilibrium with safe efforts, if there is one
+    """
+    dynamics = simulation.dynamics
+    if not dynamics.compiled.chain.rods or not 0 < dynamics.n <= MOST:
+        return None
+    # known pushes only: a wrench that nobody has announced is judged when it comes
+    known = [forcing for forcing in cases(dynamics) if forcing.tip is None]
+    corners = max((error_of(dynamics, forcing)[0] for forcing in known), default=0.0)
+    rest = 0.0 if q is None else static_error(dynamics, q, acting(simulation))
+    one = Simulation(simulation.scene)
+    other = Simulation(finer(simulation.dynamics).compiled.scene)
+    steps = max(1, round(SHORT * 1e9 / one.step_ns))
+    free = Drive(np.zeros(0, np.int64), np.zeros((0, one.n_actuators)), steps, max(1, steps // 50))
+    motion, _ = companions_apart(one, other, free)
+    return Survey(rest, corners, motion)

@@ -1,0 +1,30 @@
+"""In which directions anything can move: in space, or in a plane of the base frame."""
+
+from typing import NamedTuple
+
+from soft_sim_ros.core.backend.structs import struct
+
+
+@struct
+class Spatial(NamedTuple):
+    """Motion in space. The type of ``Model.space`` tells kernels what can move at all."""
+
+    components: tuple[int, ...] = (0, 1, 2, 3, 4, 5)  # components of twists that may not vanish
+
+
+@struct
+class PlaneXY(NamedTuple):
+    """Motion in the x-y plane of the base frame: kernels skip all that vanishes."""
+
+    components: tuple[int, ...] = (2, 3, 4)
+
+
+@struct
+class PlaneXZ(NamedTuple):
+    """Motion in the x-z plane of the base frame."""
+
+    components: tuple[int, ...] = (1, 3, 5)
+
+
+Space = Spatial | PlaneXY | PlaneXZ
+SPACES: tuple[type[Space], ...] = (Spatial, PlaneXY, PlaneXZ)

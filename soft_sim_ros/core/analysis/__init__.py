@@ -1,0 +1,1 @@
+"""Equilibria and their branches, modes, linear systems, inverse problems, energy structure."""

@@ -1,0 +1,100 @@
+"""Whether the arm stays in an equilibrium: by its stiffness if loads are dead, else by its motion.
+
+With a symmetric stiffness K the equilibrium is stable if K is positive definite, whatever mass and
+damping are. Without symmetry (dead moments, follower loads) it is stable if no small motion
+M δq̈ + R δq̇ + K δq = 0 grows, with the damping that the scene has: the growth of ``complex_modes``.
+
+Where the scene has no damping at all, what swings as it grows is *undamped*: how much damping an
+arm has then decides, and nobody said. That is told, not refused (``statics.equilibrium``). Refused
+is what leaves without swinging; and under dead loads all λ of K x = λ M x with Re λ < 0, s² = −λ,
+since these leave whatever the damping.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.dynamics import Dynamics
+
+from .small_motion import EPS, is_symmetric, leaving, small_motions, unit_scale
+
+# Beyond so many coordinates motions without symmetry are looked at in the slowest directions only.
+SLOWEST = 300
+# Im s / Re s of what has grown from round-off to the size of the arm before it swings to the other
+# side: no swing is ever seen.
+UNSEEN = np.pi / -np.log(EPS)
+
+
+class Verdict(NamedTuple):
+    """What an equilibrium is worth.
+
+    Attributes
+    ----------
+    unstable : number of directions in which the arm leaves by itself; of a swing that grows, two
+    growth : largest growth in 1/s of what leaves; nan where only the stiffness was looked at
+    hertz : the frequency in Hz at which that swings; 0 for what leaves without swinging
+    undamped : whether all that leaves swings, and the scene has no damping that would decide
+    """
+
+    unstable: int
+    growth: float = float("nan")
+    hertz: float = 0.0
+    undamped: bool = False
+
+    @property
+    def flutters(self) -> bool:
+        """Whether what leaves swings as it does."""
+        return self.unstable > 0 and 2.0 * np.pi * self.hertz > self.growth
+
+    @property
+    def refused(self) -> bool:
+        """Whether this is no stable equilibrium, as far as the scene says what decides it."""
+        return self.unstable > 0 and not self.undamped
+
+
+def verdict(dynamics: Dynamics, mask: np.ndarray | None = None) -> Verdict:
+    """Judge the equilibrium of the last residual, for the coordinates in ``mask`` (n,)."""
+    mask = np.ones(dynamics.n, dtype=bool) if mask is None else mask
+    own = np.ix_(mask, mask)
+    stiffness = dynamics.last_tangent((1.0, 0.0, 0.0))[own]
+    if not stiffness.size:
+        return Verdict(0)
+    scale = unit_scale(stiffness, dynamics.law_at_rest[mask], dynamics.model.weight[mask])
+    scaled = stiffness / np.outer(scale, scale)
+    if is_symmetric(scaled):
+        return Verdict(leaving(scaled))
+    damping = dynamics.last_tangent((0.0, 1.0, 0.0))[own]
+    mass = dynamics.last_tangent((0.0, 0.0, 1.0))[own]
+    if len(scale) > SLOWEST:
+        heavy = np.linalg.eigh(0.5 * (mass + mass.T) / np.outer(scale, scale))[1][:, -SLOWEST:]
+        basis = heavy / scale[:, None]
+        stiffness, damping, mass = (basis.T @ x @ basis for x in (stiffness, damping, mass))
+        scale = np.ones(SLOWEST)
+    found = small_motions(stiffness, damping, mass, scale)
+    growing = found.values[found.growing]
+    if not len(growing):
+        return Verdict(0)
+    fastest = growing[np.argmax(growing.real)]
+    hertz = abs(float(fastest.imag)) / (2.0 * np.pi)
+    follows = dynamics.forces_follow
+    leaves = np.abs(growing.imag) < (UNSEEN if follows else 1.0) * growing.real
+    undamped = not damping.any() and not leaves.any()
+    return Verdict(len(growing), float(fastest.real), hertz, undamped)
+
+
+def unstable_directions(dynamics: Dynamics, mask: np.ndarray | None = None) -> int:
+    """Return in how many ways the arm leaves the equilibrium of the last residual by itself.
+
+    With a symmetric K, the number of its negative eigenvalues; without symmetry, the number of
+    motions e^{st} with Re s > 0, those that swing included.
+    """
+    return verdict(dynamics, mask).unstable
+
+
+def scaled_stiffness(dynamics: Dynamics, stiffness: Floats) -> tuple[Floats, Floats]:
+    """Return a stiffness (n, n) in coordinates of elastic stiffness 1, and their scale (n,)."""
+    scale = unit_scale(stiffness, dynamics.law_at_rest, dynamics.model.weight)
+    return stiffness / np.outer(scale, scale), scale

@@ -1,0 +1,1 @@
+"""From a scene to its model: bodies, elements, loads and ports as segments and arrays."""

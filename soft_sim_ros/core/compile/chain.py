@@ -1,0 +1,278 @@
+"""From bodies to segments: a growing chain that compile.py writes into flat arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+
+from soft_sim_ros.core.algebra import se3
+from soft_sim_ros.core.bases import ElementBasis, get_basis
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.model.segments import Block, Segment
+from soft_sim_ros.core.quadrature import lobatto
+from soft_sim_ros.scene import Basis, Joint, Pose, RigidBody, Rod, Section
+from soft_sim_ros.scene.strains import STRAINS
+
+from .element import Element, block_matrices
+from .link_map import LinkMap
+
+
+@dataclass
+class RodMap:
+    """Where a rod lies in the chain."""
+
+    rod: Rod
+    first_node: int
+    elements: list[Element]
+    pivot: list[int] = field(default_factory=list)  # coordinates of the hinge of a limp rod
+    last_node: int = 0
+
+    @property
+    def length(self) -> float:
+        """Reference length in m."""
+        return self.rod.length
+
+
+class Chain:
+    """A chain of segments under construction; node 0 is the base frame."""
+
+    def __init__(self) -> None:
+        self.segments: list[Segment] = []
+        self.inertia: list[Floats] = [np.zeros(4)]
+        self.drag: list[Floats] = [np.zeros(4)]  # Rayleigh's α times the inertia of the rods
+        self.blocks: list[Block] = []
+        self.names: list[str] = []
+        self.rods: dict[str, RodMap] = {}
+        self.links: dict[str, LinkMap] = {}
+        self.frames: dict[str, int] = {}  # node of a joint, a rigid body, the tip of a link
+        self.joints: dict[str, range] = {}  # coordinates of a joint
+        self.charts: list[int] = []  # first coordinates of rotation vectors
+        self.free: list[int] = []  # segment that turns a free base
+
+    @property
+    def node(self) -> int:
+        """Index of the last node."""
+        return len(self.segments)
+
+    @property
+    def spans(self) -> list[RodMap | LinkMap]:
+        """Rods and floating-frame links, base to tip: what has a length."""
+        return sorted([*self.rods.values(), *self.links.values()], key=lambda m: m.first_node)
+
+    def columns(self, name: str) -> range:
+        """Return the coordinates of a joint or of a floating-frame link."""
+        return self.joints[name] if name in self.joints else self.links[name].columns
+
+    def behind(self, node: int) -> float:
+        """Return the length in m of rods and links that begin before a node."""
+        return sum(span.length for span in self.spans if span.first_node < node)
+
+    def add(
+        self, segment: Segment, inertia: Floats | None = None, drag: Floats | None = None
+    ) -> None:
+        """Append a segment and the node after it."""
+        self.segments.append(segment)
+        self.inertia.append(np.zeros(4) if inertia is None else inertia.copy())
+        self.drag.append(np.zeros(4) if drag is None else drag.copy())
+
+    def rigid(self, pose: Pose) -> None:
+        """Append a rigid offset, unless it is the identity."""
+        twist = se3.log(se3.pose_matrix(pose.position, pose.quaternion))
+        if np.any(twist != 0.0):
+            self._open_block(0, np.zeros((0, 0)), np.zeros((0, 0)))
+            self.add(Segment(0.5, 0.0, np.array([twist, twist])))
+
+    def _open_block(
+        self,
+        count: int,
+        stiffness: Floats,
+        damping: Floats,
+        branch: Floats | None = None,
+        branch_time: float = 1.0,
+    ) -> int:
+        begin = len(self.names)
+        branch = np.zeros_like(stiffness) if branch is None else branch
+        block = Block(begin, begin + count, self.node, stiffness, damping, branch, branch_time)
+        self.blocks.append(block)
+        return begin
+
+    def branch_time(self) -> Floats:
+        """Return the relaxation time in s of the branch of every coordinate; 1 s without one."""
+        return np.repeat(
+            [b.branch_time for b in self.blocks], [b.end - b.begin for b in self.blocks]
+        )
+
+    def joint(self, joint: Joint) -> None:
+        """Append a joint: its offset, then a segment per axis, or per shift and rotation vector."""
+        self.rigid(joint.offset)
+        begin = len(self.names)
+        steps = _screws(joint)
+        if steps:
+            count = len(joint.coordinates)
+            self._open_block(count, joint.stiffness * np.eye(count), joint.damping * np.eye(count))
+            for screws in steps:
+                entries = [(begin + j, c, x[c], x[c]) for j, x in screws for c in range(6) if x[c]]
+                self.add(Segment(0.5, 0.0, np.zeros((2, 6)), entries))
+            self.names += joint.coordinates
+            self.joints[joint.name] = range(begin, len(self.names))
+        if joint.kind in ("spherical", "free"):
+            self.charts.append(begin)
+        if joint.kind == "free":
+            self.free.append(self.node - 1)
+        self.frames[joint.name] = self.node
+
+    def rigid_body(self, body: RigidBody) -> None:
+        """Append a mass: out to its centre, and back."""
+        self.frames[body.name] = self.node
+        row = np.array([body.mass, *body.inertia])
+        out = se3.pose_matrix(body.com.position, body.com.quaternion)
+        twist = se3.log(out)
+        if np.any(twist != 0.0):
+            self.rigid(body.com)
+            self.inertia[-1] += row
+            self._open_block(0, np.zeros((0, 0)), np.zeros((0, 0)))
+            self.add(Segment(0.5, 0.0, np.array([-twist, -twist])))
+        else:
+            self.inertia[-1] += row
+
+    def rod_segments(self, rod_map: RodMap) -> list[tuple[int, Segment]]:
+        """Return (index, segment) of all segments of a rod."""
+        return [(k, self.segments[k]) for k in range(rod_map.first_node, rod_map.last_node)]
+
+    def node_at(self, rod_map: RodMap, s: float) -> int:
+        """Return the node of a rod at an arc length where the rod was cut."""
+        if s <= 0.0:
+            return rod_map.first_node
+        return 1 + min(self.rod_segments(rod_map), key=lambda item: abs(item[1].span[1] - s))[0]
+
+    def rod(self, rod: Rod, basis: Basis, cuts: set[float], winding: float = 0.0) -> None:
+        """Append a rod, cut at section ends, element ends and the arc lengths ``cuts`` in m.
+
+        Where the data of a section change fast, each piece of it has its elements.
+
+        ``winding`` in rad/m is by how much tendons wind about it.
+        """
+        pivot = self._pivot(rod) if rod.model.is_limp else []
+        rod_map = RodMap(rod, self.node, [], pivot)
+        self.rods[rod.name] = rod_map
+        for i, section in enumerate(rod.sections):
+            begin, end = rod.boundaries[i], rod.boundaries[i + 1]
+            marks = {begin + (end - begin) * x for x in section.kinks}
+            pieces = begin + (end - begin) * np.array([0.0, *section.cuts, 1.0])
+            pieces[-1] = end
+            for piece in zip(pieces[:-1], pieces[1:], strict=True):
+                marks |= set(np.linspace(*piece, basis.elements + 1).tolist())
+            marks |= {s for s in cuts if begin < s < end}
+            ends = _merge(sorted(marks), 1e-9 * rod.length)
+            ends[0], ends[-1] = begin, end
+            self._section(rod_map, section, (begin, end), np.array(ends), basis, winding)
+        rod_map.last_node = self.node
+
+    def _pivot(self, rod: Rod) -> list[int]:
+        """Append the hinge at the start of a string or cable and return its coordinates.
+
+        What cannot carry a moment cannot hold a direction either: in its frame's own axes the rod
+        leaves along exp of a rotation vector that the bending strains span.
+        """
+        bending = [name for name in rod.model.limp if name in rod.strains]
+        count = len(bending)
+        begin = self._open_block(count, np.zeros((count, count)), np.zeros((count, count)))
+        entries = [(begin + j, STRAINS.index(name), 1.0, 1.0) for j, name in enumerate(bending)]
+        self.add(Segment(0.5, 0.0, np.zeros((2, 6)), entries))
+        self.names += [f"{rod.name}/start/{name}" for name in bending]
+        return [begin + j for j in range(count)]
+
+    def _section(
+        self,
+        rod_map: RodMap,
+        section: Section,
+        span: tuple[float, float],
+        ends: Floats,
+        basis: Basis,
+        winding: float,
+    ) -> None:
+        rod = rod_map.rod
+        rule = get_basis(basis.kind)
+        strains = [(STRAINS.index(name), name) for name in rod.strains]
+        own = isinstance(rule, ElementBasis)
+        elements: list[Element] = []
+        for i in range(len(ends) - 1):
+            if own or i == 0:
+                columns: list[tuple[int, int, int]] = []
+                labels: list[str] = []
+                for component, name in strains:
+                    count = (
+                        rule.count(basis.order[name])
+                        if isinstance(rule, ElementBasis)
+                        else rule.count(ends)
+                    )
+                    columns.append((component, len(self.names) + len(labels), count))
+                    where = f"[{i}]" if own and len(ends) > 2 else ""
+                    labels += [f"{rod.name}/{section.name}{where}/{name}/{j}" for j in range(count)]
+            elements.append(
+                Element(
+                    section, span, (ends[i], ends[i + 1]), ends, basis, columns, self.node, winding
+                )
+            )
+            if own:
+                self._fill([elements[-1]], labels, basis)
+        if not own:
+            self._fill(elements, labels, basis)
+        rod_map.elements += elements
+
+    def _fill(self, elements: list[Element], labels: list[str], basis: Basis) -> None:
+        """Open one block over ``elements`` and append their segments and nodes."""
+        matrices = block_matrices(elements, len(labels))
+        branch = elements[0].section.material.maxwell
+        self._open_block(len(labels), *matrices, branch.time if branch else 1.0)
+        self.names += labels
+        for element in elements:
+            element.first_segment = self.node
+            nodes, weights = _rule(element.nodes)
+            begin, end = element.span
+            s = begin + (end - begin) * nodes
+            s[-1] = end
+            weights = ((end - begin) * weights)[:, None]
+            lumped = element.section.inertia(element.normalised(s)) * weights
+            drag = element.section.drag(element.normalised(s)) * weights
+            self.inertia[-1] += lumped[0]
+            self.drag[-1] += drag[0]
+            for k in range(len(s) - 1):
+                self.add(element.step(s[k], s[k + 1]), lumped[k + 1], drag[k + 1])
+
+
+class Outline(Chain):
+    """A chain whose rods have elements only, to ask how many nodes they need."""
+
+    def _fill(self, elements: list[Element], labels: list[str], basis: Basis) -> None:
+        self.names += labels
+
+
+@lru_cache(maxsize=64)
+def _rule(nodes: int) -> tuple[Floats, Floats]:
+    """Return Lobatto's rule: many elements have the same, and it takes a while for many nodes."""
+    return lobatto(nodes)
+
+
+def _screws(joint: Joint) -> list[list[tuple[int, Floats]]]:
+    """Return, for every segment of a joint, its (own coordinate, screw (6,)) pairs."""
+    if joint.kind == "prismatic":
+        return [[(0, np.concatenate([np.zeros(3), joint.axis]))]]
+    if joint.kind in ("revolute", "universal"):
+        return [[(j, np.concatenate([axis, np.zeros(3)]))] for j, axis in enumerate(joint.axes)]
+    unit = np.eye(6)
+    turn = [(j, unit[j]) for j in range(3)]
+    if joint.kind == "spherical":
+        return [turn]
+    return [[(j, unit[j]) for j in range(3, 6)], turn] if joint.kind == "free" else []
+
+
+def _merge(marks: list[float], tolerance: float) -> list[float]:
+    """Drop marks closer than ``tolerance`` to the one before."""
+    kept = marks[:1]
+    for mark in marks[1:]:
+        if mark - kept[-1] > tolerance:
+            kept.append(mark)
+    return kept

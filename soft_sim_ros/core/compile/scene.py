@@ -1,0 +1,206 @@
+"""Compile a validated scene into the flat arrays of model.py.
+
+Nothing that the scene lacks gets an array entry.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from soft_sim_ros.core.algebra import se3
+from soft_sim_ros.core.algebra.motion_space import Spatial
+from soft_sim_ros.core.arguments import vector
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.model.model import Loads, Model
+from soft_sim_ros.core.model.packing import flat_entries, floats, ints
+from soft_sim_ros.core.quadrature import scattered
+from soft_sim_ros.errors import SceneError
+from soft_sim_ros.scene import FlexibleLink, Joint, PointLoad, RigidBody, Rod, Scene
+
+from .chain import Chain
+from .link import append_link
+from .loads import lump_loads
+from .overflow import refuse_overflow
+from .ports import Path, flat_ports, winding
+from .stations import flatten_fibres
+from .weights import weights
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A model, and what is needed to speak about it in the scene's words."""
+
+    scene: Scene  # with nothing left free
+    chain: Chain
+    model: Model
+    loads: Loads
+    base: Floats  # (4, 4) base pose in the world
+    gravity: Floats  # (3,) in the base frame, m/s²
+    coordinate_names: tuple[str, ...]
+    length: float  # sum of rod lengths, m; 1 for a chain without rods
+
+    # Nothing in it changes, so a copy is itself; a pickle holds the scene.
+
+    def __copy__(self) -> Compiled:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Compiled:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return compile_scene, (self.scene,)
+
+    def to_base(self, wrench: Floats) -> Floats:
+        """Return the base-frame components of a wrench (6,) given along the world axes."""
+        rotation, wrench = self.base[:3, :3].T, vector("wrench", wrench, 6)
+        return np.concatenate([rotation @ wrench[:3], rotation @ wrench[3:]])
+
+
+def compile_scene(scene: Scene) -> Compiled:
+    """Return the compiled scene.
+
+    Raises
+    ------
+    SceneError
+        if its numerics leave something free: ``settled`` chooses that first (accuracy/contract.py);
+        if its numbers make others that are none
+    """
+    if scene.numerics.free:
+        expected = "numerics that leave nothing free: settle the scene first"
+        raise SceneError(scene.file, "numerics", scene.name, expected)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        compiled = _compiled(scene)
+    refuse_overflow(scene, compiled.model, compiled.loads)
+    return compiled
+
+
+def _compiled(scene: Scene) -> Compiled:
+    base = se3.pose_matrix(scene.base.position, scene.base.quaternion)
+    chain = build_chain(scene)
+    length = sum(span.length for span in chain.spans) or 1.0
+    return Compiled(
+        scene=scene,
+        chain=chain,
+        model=_flatten(scene, chain, length),
+        loads=lump_loads(scene, chain, base[:3, :3]),
+        base=base,
+        gravity=base[:3, :3].T @ scene.gravity,
+        coordinate_names=tuple(chain.names),
+        length=length,
+    )
+
+
+def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
+    """Return the chain of segments of a scene, rods cut where loads and tendons jump.
+
+    It is put into ``chain``, if that is given.
+    """
+    cuts: dict[str, set[float]] = {body.name: set() for body in scene.bodies}
+    turning = dict.fromkeys(cuts, 0.0)
+    for load in scene.loads:
+        if isinstance(load, PointLoad):
+            cuts[load.body].add(load.s)
+        else:
+            cuts[load.body] |= {load.start, load.end}
+    for actuator in scene.actuators:
+        if isinstance(actuator, Path):
+            for stretch in actuator.stretches:
+                cuts[stretch.rod] |= stretch.cuts
+                s = scattered(stretch.start, stretch.end)
+                turning[stretch.rod] = max(turning[stretch.rod], float(winding(stretch, s).max()))
+    chain = Chain() if chain is None else chain
+    for body in scene.bodies:
+        if isinstance(body, Rod):
+            chain.rod(body, scene.numerics.rods[body.name], cuts[body.name], turning[body.name])
+            _check_nodes(scene, chain, body)
+        elif isinstance(body, FlexibleLink):
+            append_link(chain, body, [load for load in scene.loads if load.body == body.name])
+        elif isinstance(body, Joint):
+            chain.joint(body)
+        elif isinstance(body, RigidBody):
+            chain.rigid_body(body)
+    return chain
+
+
+def _check_nodes(scene: Scene, chain: Chain, rod: Rod) -> None:
+    """Refuse too few nodes: strains without inertia, or a reference shape that is not resolved."""
+    basis = scene.numerics.rods[rod.name]
+    if basis.nodes is None:
+        return
+    key = f"numerics.rods.{rod.name}.nodes"
+    least = max(basis.order.values(), default=0) + 2
+    if basis.kind not in ("constant", "linear") and basis.nodes < least:
+        expected = f"at least {least}, the order of the basis and two more"
+        raise SceneError(scene.file, key, basis.nodes, expected)
+    for _, segment in chain.rod_segments(chain.rods[rod.name]):
+        turn = 2.0 * segment.half * float(np.linalg.norm(segment.xi0[:, :3], axis=1).max())
+        if turn >= np.pi:
+            expected = (
+                f"more nodes or elements: the reference shape turns by {turn:.3g} rad in a segment"
+            )
+            raise SceneError(scene.file, key, basis.nodes, expected)
+
+
+def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
+    blocks, segments = chain.blocks, chain.segments
+    law = _sparse_law(chain)
+    block_seg = ints([*(block.first_segment for block in blocks), len(segments)])
+    seg_block = ints(np.repeat(np.arange(len(blocks)), np.diff(block_seg)))
+    entries = flat_entries(segments)
+    return Model(
+        half=floats([s.half for s in segments]),
+        kappa=floats([s.kappa for s in segments]),
+        xi0=floats([s.xi0 for s in segments]).reshape(-1, 2, 6),
+        entry_ptr=entries[0],
+        entry_col=entries[1],
+        entry_comp=entries[2],
+        entry_phi=entries[3],
+        inertia=floats(chain.inertia),
+        block_col=ints([*(block.begin for block in blocks), len(chain.names)]),
+        block_seg=block_seg,
+        seg_block=seg_block,
+        law_ptr=law[0],
+        law_col=law[1],
+        stiffness=law[2],
+        damping=law[3],
+        branch=law[4],
+        branch_time=floats(chain.branch_time() if len(law[4]) else []),
+        fibres=flatten_fibres(chain, seg_block),
+        drag=floats(chain.drag if np.any(chain.drag) else np.zeros((0, 4))),
+        weight=weights(chain, length),
+        **flat_ports(scene, chain),
+        chart=ints(chain.charts),
+        free=ints(chain.free),
+        space=Spatial(),
+    )
+
+
+def _sparse_law(chain: Chain) -> tuple:
+    """Return stiffness, damping and branches of all blocks by rows.
+
+    Zeros and round-off are left out; without any branch these are no numbers at all.
+    """
+    ptr, columns = [0], []
+    stiffness: list[float] = []
+    damping: list[float] = []
+    branch: list[float] = []
+    for block in chain.blocks:
+        size = np.sqrt(np.outer(*2 * [np.diag(block.stiffness)]))
+        loss = np.sqrt(np.outer(*2 * [np.diag(block.damping)]))
+        # products of orthogonal functions integrate to round-off, not to zero
+        keep = np.abs(block.stiffness) > 1e-14 * size
+        keep |= np.abs(block.damping) > 1e-14 * loss
+        spare = np.sqrt(np.outer(*2 * [np.diag(block.branch)]))
+        keep |= np.abs(block.branch) > 1e-14 * spare
+        for i, row in enumerate(keep):
+            for j in np.flatnonzero(row).tolist():
+                columns.append(block.begin + j)
+                stiffness.append(block.stiffness[i, j])
+                damping.append(block.damping[i, j])
+                branch.append(block.branch[i, j])
+            ptr.append(len(columns))
+    branches = floats(branch if any(branch) else [])
+    return ints(ptr), ints(columns), floats(stiffness), floats(damping), branches

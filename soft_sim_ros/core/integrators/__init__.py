@@ -1,0 +1,1 @@
+"""One step in time: tableaux, Newton, methods, the energy ledger."""

@@ -1,0 +1,110 @@
+"""Many steps in one call.
+
+Load switches hit exactly, failed steps retried smaller, nothing accepted by hope.
+"""
+
+from soft_sim_ros.core.backend.jit import call_step, call_uphold, kernel, unit
+from soft_sim_ros.core.terms.forcing import next_switch, switches_at
+
+from .newton import CONVERGED, TOO_FAR
+from .problem import ADAPTIVE, EVALUATIONS, REFUSED
+
+# A step is cut in half at most this many times, into at most this many pieces, before it is
+# refused for good: nobody waits for ever.
+HALVINGS = 12
+PIECES = 300
+# No piece of a step may move the tip further than this, in arm lengths (or a hinge, in radians):
+# Newton's method then has gone to another solution, or the step is far too long for the motion.
+REACH = 1.0
+
+
+@kernel
+def too_far(model, before, q):
+    """Return whether q is further from where the piece of the step began than REACH."""
+    for i in range(len(q)):
+        if not abs(q[i] - before[i]) * model.weight[i] <= REACH:
+            return True
+    return False
+
+
+@unit
+def fixed_step(problem, t, h):
+    """Make one step of h in s from t, in pieces if need be.
+
+    On failure nothing has changed but the scratch, and the reason is returned.
+    """
+    model, work, state, loads = problem.model, problem.work, problem.state, problem.loads
+    data, uphold = problem.data, problem.calls[3]
+    q, v, ledger = state.q, state.v, state.ledger
+    n = len(q)
+    for i in range(n):
+        work.saved[0, i], work.saved[1, i] = q[i], v[i]
+    saved = (ledger[0], ledger[1])
+    done, size, halvings, pieces = 0.0, h, 0, 0
+    while done < h * (1.0 - 1e-9):
+        pieces += 1
+        here = t + done
+        for i in range(n):
+            work.before[0, i], work.before[1, i] = q[i], v[i]
+        booked = (ledger[0], ledger[1])
+        if uphold != 0:
+            call_uphold(uphold, model, data, work, 0.0, q, v)
+        until = next_switch(loads, here, h - done)
+        step = min(size, until)
+        if h - done - step < 1e-9 * h:
+            step = h - done
+        status = call_step(problem.calls[4], problem, here, step)
+        if status == CONVERGED and too_far(model, work.before[0], q):
+            status = TOO_FAR
+        if status == CONVERGED:
+            done += step
+            if uphold != 0 and call_uphold(uphold, model, data, work, step, q, v):
+                work.restart[0] = 1
+            if switches_at(loads, t + done, h):
+                work.restart[0] = 1
+            if size < h:
+                size *= 2.0
+                halvings -= 1
+            continue
+        for i in range(n):
+            q[i], v[i], work.a[i] = work.before[0, i], work.before[1, i], 0.0
+        ledger[0], ledger[1] = booked
+        work.counters[REFUSED] += 1
+        work.restart[0] = 1
+        halvings += 1
+        size = 0.5 * min(size, step)
+        if halvings > HALVINGS or pieces > PIECES:
+            for i in range(n):
+                q[i], v[i] = work.saved[0, i], work.saved[1, i]
+            ledger[0], ledger[1] = saved
+            return status
+    return CONVERGED
+
+
+@unit
+def advance(problem, step_ns, steps, most):
+    """Make ``steps`` steps, fewer if they take more than ``most`` evaluations of the residual.
+
+    Each is counted in State.clock as soon as it is made: state and time change together, whatever
+    happens to the caller. Return the status of the step that failed, or CONVERGED.
+    """
+    data, held, clock = problem.data, problem.held, problem.state.clock
+    counters = problem.work.counters
+    for c in range(3):
+        data.gravity[c] = held.gravity[c]
+    for i in range(len(held.effort)):
+        data.effort[i] = held.effort[i]
+    h = step_ns * 1e-9
+    last, enough = clock[0] + steps, counters[EVALUATIONS] + most
+    while clock[0] < last:
+        t = (clock[0] * step_ns) * 1e-9
+        if problem.method.kind == ADAPTIVE:
+            status = call_step(problem.calls[4], problem, t, h)
+        else:
+            status = fixed_step(problem, t, h)
+        if status != CONVERGED:
+            return status
+        clock[0] += 1
+        if counters[EVALUATIONS] >= enough:
+            break
+    return CONVERGED

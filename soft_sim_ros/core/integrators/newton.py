@@ -1,0 +1,148 @@
+"""Newton's method for one implicit stage."""
+
+import math
+
+from soft_sim_ros.core.backend.jit import Call, call_residual, call_tangent, kernel, unit
+from soft_sim_ros.core.recursion.elimination import factor, solve
+from soft_sim_ros.core.recursion.momentum import uphold
+from soft_sim_ros.core.recursion.rnea import inverse_dynamics
+from soft_sim_ros.core.recursion.tangent import tangent
+from soft_sim_ros.core.terms.fibres import lawful
+from soft_sim_ros.core.terms.maxwell import branch_forces, branch_tangent, relax
+
+from .problem import EVALUATIONS, FACTORISATIONS, ITERATIONS, Problem
+
+CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR, UNRESOLVED, INVERTED, TOO_FAR = 0, 1, 2, 3, 4, 5, 6
+LAWLESS, TOO_ROUGH, UNBALANCED = 7, 8, 9
+# In words, for errors.
+REASONS = {
+    1: "Newton's method does not converge, even with 1/4096 of the step",
+    2: "the state is not finite",
+    3: "the Newton matrix is singular",
+    4: "a rod bends or twists by more than half a turn within one segment (more elements or nodes "
+    "resolve it, if it is meant)",
+    5: "a rod is compressed to nothing",
+    6: "the tip moves by more than an arm length (or a hinge by a radian) in a fraction of a step",
+    7: "a fibre is stretched, compressed or sheared beyond where the law of its material holds",
+    8: "options.error cannot be met, even with a millionth of the step",
+    9: "the steps do not show the motion: balancing its energy would change velocities by "
+    "more than 1 %, even with 1/4096 of the step (a smaller step, or sdirk2, which damps what it "
+    "does not show)",
+}
+# A contraction slower than this is worth new factors.
+SLOW = 0.2
+# A contraction that was seen is trusted a little less every time it is used unseen, and never
+# taken to be better than FASTEST: what converges slowest need not have shown yet.
+AGEING, FASTEST = 1.1, 0.03
+
+
+@unit
+def admissible(model, data):
+    """Return CONVERGED if the rods of the last sweep are rods still, else what is wrong with them.
+
+    Beyond half a turn within one segment the Magnus step means nothing, and at a stretch of zero
+    the rod is crushed: equilibria and motions there solve the equations, but no physics.
+    """
+    for k in range(len(model.half)):
+        if model.kappa[k] == 0.0:
+            continue
+        wx, wy, wz = data.omega[k, 0, 0], data.omega[k, 0, 1], data.omega[k, 0, 2]
+        if not wx * wx + wy * wy + wz * wz < math.pi**2:
+            return UNRESOLVED
+        if not (data.xi[k, 0, 0, 3] > 0.0 and data.xi[k, 1, 0, 3] > 0.0):
+            return INVERTED
+    return CONVERGED if lawful(model.fibres, data.section) else LAWLESS
+
+
+@kernel
+def largest(weight, x):
+    """Return max |x| weight, NaN if any is."""
+    size = 0.0
+    for i in range(len(x)):
+        change = abs(x[i]) * weight[i]
+        if not change <= size:  # so that NaN gets through
+            size = change
+    return size
+
+
+@unit
+def solve_stage(problem, cq, cv, goal):
+    """Find work.a with r(q, v, a) = 0 at q = start_q + cq a, v = start_v + cv a.
+
+    The measure of convergence is the largest correction of a velocity, each coordinate weighed by
+    how far it moves the tip, in arm lengths per second. Factors are kept, across steps too, while
+    they contract well, and so is the contraction seen with them: where it is known, the first
+    correction tells what is left after it. goal: what may be left.
+    """
+    model, data, work, method = problem.model, problem.data, problem.work, problem.method
+    calls = problem.calls
+    n = len(work.a)
+    stale = work.key[0] != cq or work.key[1] != cv
+    before = 0.0
+    refreshed = -1
+    for iteration in range(method.limit):
+        for i in range(n):
+            work.q[i] = work.start_q[i] + cq * work.a[i]
+            work.v[i] = work.start_v[i] + cv * work.a[i]
+        relax(model, work, cq, cv)
+        call_residual(calls[0], model, data, work.q, work.v, work.a, work.residual)
+        branch_forces(model, work.v, work.residual)
+        work.counters[EVALUATIONS] += 1
+        if stale:
+            call_tangent(calls[1], model, data, (cq, cv, 1.0), work.system)
+            branch_tangent(model, cq, cv, work.system)
+            work.counters[FACTORISATIONS] += 1
+            work.key[0], work.key[1] = cq, cv
+            work.rate[0] = 1.0
+            if not factor(model, work.system):
+                work.key[0] = -1.0
+                return SINGULAR
+            stale = False
+            refreshed = iteration
+        solve(model, work.system, work.residual)
+        for i in range(n):
+            work.a[i] -= work.residual[i]
+        size = cv * largest(model.weight, work.residual)
+        work.counters[ITERATIONS] += 1
+        work.measure[0] = size
+        if not math.isfinite(size):
+            work.key[0] = -1.0
+            return NOT_FINITE
+        # what is left after this correction, if it goes on contracting like this
+        if iteration == 0:
+            rate = max(work.rate[0], FASTEST)
+            left = size * rate / (1.0 - rate) if rate < 0.5 else size
+            work.rate[0] = min(1.0, rate * AGEING)
+        else:
+            rate = size / before if before > 0.0 else 0.0
+            left = size * rate / (1.0 - rate) if rate < 1.0 else math.inf
+            if iteration > refreshed:
+                known = 0.8 * work.rate[0] if work.rate[0] < 1.0 else 0.0
+                work.rate[0] = min(1.0, max(rate, known))
+        if left <= goal:
+            for i in range(n):
+                work.q[i] = work.start_q[i] + cq * work.a[i]
+                work.v[i] = work.start_v[i] + cv * work.a[i]
+            relax(model, work, cq, cv)
+            return admissible(model, data)
+        if iteration > 0 and rate > SLOW:
+            if refreshed >= 0 and iteration > refreshed + 2 and rate > 2.0:
+                break  # exact factors, and still moving away
+            stale = True
+        before = size
+    work.key[0] = -1.0
+    return TOO_MANY
+
+
+def called(problem: Problem) -> list[Call]:
+    """Return the calls of inverse_dynamics, tangent, solve_stage and uphold (None: not needed)."""
+    work, arguments = problem.work, (problem.model, problem.data)
+    state = (work.q, work.v, work.a, work.residual)
+    # a free base has a chart too; a scene without either does without this kernel
+    charts = len(problem.model.chart) > 0
+    return [
+        (inverse_dynamics, *arguments, *state),
+        (tangent, *arguments, (1.0, 1.0, 1.0), work.system),
+        (solve_stage, problem, 1.0, 1.0, 1.0),
+        (uphold, *arguments, work, 1.0, work.q, work.v) if charts else None,
+    ]

@@ -1,0 +1,300 @@
+"""The Lagrangian model M q̈ + C q̇ + g + k + R q̇ = τ of C (1.31), as functions of the state.
+
+Every quantity is exact for the discrete model, that is for its kinetic and potential energy as
+functions of q and q̇.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from soft_sim_ros.core.algebra import se3
+from soft_sim_ros.core.arguments import vector_or_zeros, whole
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.recursion.columns import node_jacobians
+from soft_sim_ros.core.recursion.elimination import dense, new_system
+from soft_sim_ros.core.recursion.momentum import momentum
+from soft_sim_ros.core.recursion.output import energies, ports
+from soft_sim_ros.core.recursion.rnea import place
+from soft_sim_ros.core.terms.fibres import fibre_forces, fibre_tangent, section_strains
+from soft_sim_ros.core.terms.friction import TENSION
+from soft_sim_ros.scene import Joint
+
+from .equations import Equations
+from .wrench import InternalWrench, internal_wrench
+
+
+class Dynamics(Equations):
+    """The parts of the equations of motion of a scene, its energies, ports, frames and reactions.
+
+    Parameters
+    ----------
+    scene : Scene or Compiled
+    """
+
+    def reactions(self, q: Floats, v: Floats, a: Floats, time: float = 0.0) -> dict[str, Floats]:
+        """Return the wrench (6,) of every joint on the part after it: B (3.21), (3.34).
+
+        Moment and force in the frame after the joint, at its origin, from the balance of that
+        part. Along the directions that the joint leaves free it is what motor, spring and damper
+        give, if (q, v, a) is a motion; all others are reactions of the constraint.
+        """
+        self.residual(q, v, a, self.forcing(time=time))
+        frames = self.compiled.chain.frames
+        joints = [body.name for body in self.compiled.scene.bodies if isinstance(body, Joint)]
+        return {name: self._data.wrench[frames[name]].copy() for name in joints}
+
+    def momentum(self, q: Floats, v: Floats) -> Floats:
+        """Return the momentum map (6,) in world axes.
+
+        Angular momentum about the world's origin in kg·m²/s, momentum in kg·m/s (B, section 2).
+        """
+        found = np.zeros(10)
+        state = self.coordinates(q), self.coordinates(v, "v")
+        momentum(self.model, self._data, *state, self._zero, found)
+        turn, origin = self.compiled.base[:3, :3], self.compiled.base[:3, 3]
+        push = turn @ found[3:6]
+        return np.concatenate([turn @ found[:3] + np.cross(origin, push), push])
+
+    def mass_matrix(self, q: Floats) -> Floats:
+        """Return M(q) (n, n) of C (1.32)."""
+        data = self.forcing()
+        self.residual(q, self._zero, self._zero, data)
+        matrix = self.last_tangent((0.0, 0.0, 1.0))
+        return 0.5 * (matrix + matrix.T)
+
+    def elastic_force(self, q: Floats) -> Floats:
+        """Return k(q) = ∂V_elastic/∂q (n,): C (1.35), projected with Φᵀ."""
+        q = self.coordinates(q)
+        out = self._law(self.model.stiffness) @ q
+        fibre_forces(self.model.fibres, self._data.section, q, out)
+        return out
+
+    def stiffness_matrix(self, q: Floats | None = None) -> Floats:
+        """Return ∂k/∂q (n, n) at q, by default the reference shape.
+
+        It is ∫ Φᵀ H Φ ds and joint stiffness where all materials are linear.
+        """
+        state = self._zero if q is None else self.coordinates(q)
+        out = np.zeros((self.n, self.n))
+        section_strains(self.model.fibres, state, self._data.section)
+        system = new_system(self.model)
+        fibre_tangent(self.model, self._data.section, 1.0, system)
+        dense(self.model, system, out)
+        return out + self._law(self.model.stiffness)
+
+    @property
+    def forces_follow(self) -> bool:
+        """Whether a load that follows the arm acts in the forcing of the last residual."""
+        return bool(self._data.active[1])
+
+    @cached_property
+    def law_at_rest(self) -> Floats:
+        """The elastic stiffness (n,) of every coordinate in the reference shape, by itself."""
+        section = self._data.section.copy()  # belongs to the last residual
+        diagonal = np.diag(self.stiffness_matrix()).copy()
+        self._data.section[:] = section
+        return diagonal
+
+    def damping_matrix(self, q: Floats | None = None) -> Floats:
+        """Return R (n, n) at q, by default the reference shape: C (1.36), projected with Φᵀ.
+
+        It is ∫ Φᵀ Γ Φ ds, joint damping and Rayleigh's drag Σ Jᵀ D J, which alone depends on q.
+        """
+        out = self._law(self.model.damping)
+        q = self._zero if q is None else self.coordinates(q)
+        if len(self.model.drag):
+            jacobian = self.jacobians(q, self._zero)[0]
+            for own, drag in zip(jacobian, self.model.drag, strict=True):
+                out += own.T @ (drag[[1, 2, 3, 0, 0, 0], None] * own)
+        return out
+
+    def branch_matrix(self) -> Floats:
+        """Return K_m = ∫ Φᵀ H_m Φ ds (n, n) of the Maxwell branches; here they are relaxed."""
+        return (
+            self._law(self.model.branch) if len(self.model.branch) else np.zeros((self.n, self.n))
+        )
+
+    def gravity_force(self, q: Floats) -> Floats:
+        """Return g(q) = ∂V_gravity/∂q (n,): C (1.34)."""
+        data = self.forcing()
+        data.active[:] = 0
+        data.effort[self.model.winch[:, 0] != 0.0] = -np.inf  # slack
+        return self.residual(q, self._zero, self._zero, data) - self.elastic_force(q)
+
+    def effort_matrix(self, q: Floats, efforts: Floats | None = None) -> Floats:
+        """Return the generalised force per unit effort (n, A) at rest.
+
+        The residual is linear in the efforts, so their differences are exact; they are small,
+        because a tendon whose length is commanded may be close to slack.
+        """
+        level = vector_or_zeros("efforts", efforts, self.actuators)
+        still = self.residual(q, self._zero, self._zero, self.forcing(level))
+        length = self.model.winch[:, 0] != 0.0
+        size = np.where(length, 1e-6, 1.0)
+        columns = [
+            (still - self.residual(q, self._zero, self._zero, self.forcing(level + move)))
+            / move.sum()
+            for move in np.diag(size)
+        ]
+        return np.stack(columns, axis=1) if columns else np.zeros((self.n, 0))
+
+    def energies(
+        self, q: Floats, v: Floats, efforts: Floats | None = None
+    ) -> tuple[float, float, float]:
+        """Return kinetic, elastic and gravity energy in J; gravity energy is zero at the base.
+
+        The elastic energy is that of rods and joints, and of tendons whose lengths are commanded.
+        """
+        state = self.coordinates(q), self.coordinates(v, "v")
+        return energies(self.model, self.forcing(efforts), *state, self._zero)
+
+    def ports(self, q: Floats, v: Floats) -> tuple[Floats, Floats]:
+        """Return position and velocity (A,) of the actuator ports.
+
+        Effort · velocity is power into the arm.
+        """
+        return self._ports(q, v)[:2]
+
+    def port_efforts(self, q: Floats, v: Floats, efforts: Floats) -> Floats:
+        """Return the efforts (A,) that act: those given, but tensions where lengths are given."""
+        self.forcing(efforts)
+        return self._ports(q, v)[2]
+
+    def _ports(self, q: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
+        position, velocity, effort = np.zeros((3, self.actuators))
+        state = self.coordinates(q), self.coordinates(v, "v")
+        ports(self.model, self._data, *state, self._zero, position, velocity, effort)
+        return position, velocity, effort
+
+    def tensions(self, q: Floats, v: Floats, efforts: Floats, actuator: int) -> Floats:
+        """Return the tension in N along a tendon (2 P,), start to end, at its P segments' points.
+
+        It changes along the tendon only where there is friction, and only while it slips.
+        """
+        actuator = whole("actuator", actuator, 0, self.actuators - 1)
+        self.residual(q, v, self._zero, self.forcing(efforts))
+        begin, end = self.model.tendon_ptr[actuator : actuator + 2]
+        if self.model.friction[actuator, 0] != 0.0:
+            return self._data.station[begin:end, :, TENSION].ravel()
+        return np.full(2 * (end - begin), self.port_efforts(q, v, efforts)[actuator])
+
+    def node_poses(self, q: Floats) -> Floats:
+        """Return the poses (nodes, 4, 4) of all nodes in the world."""
+        data = self.forcing()
+        self.residual(q, self._zero, self._zero, data)
+        place(self.model, data)
+        out = np.zeros((len(data.position), 4, 4))
+        out[:, :3, :3] = data.rotation.reshape(-1, 3, 3)
+        out[:, :3, 3] = data.position
+        out[:, 3, 3] = 1.0
+        return self.compiled.base @ out
+
+    def node_twists(self, q: Floats, v: Floats) -> Floats:
+        """Return the body twists (nodes, 6) of all nodes."""
+        self.residual(q, v, self._zero, self.forcing())
+        return self._data.eta.copy()
+
+    def jacobians(self, q: Floats, v: Floats) -> tuple[Floats, Floats]:
+        """Return the body Jacobians J of all nodes and their rates J̇ along v (nodes, 6, n)."""
+        self.residual(q, v, self._zero, self.forcing())
+        nodes = len(self._data.position)
+        jacobian, rate = np.zeros((nodes, 6, self.n)), np.zeros((nodes, 6, self.n))
+        node_jacobians(self.model, self._data, jacobian, rate)
+        for k in range(nodes):
+            pose = np.eye(4)
+            pose[:3, :3] = self._data.rotation[k].reshape(3, 3)
+            pose[:3, 3] = self._data.position[k]
+            to_body = se3.Ad(se3.inverse(pose))
+            jacobian[k], spatial = to_body @ jacobian[k], to_body @ rate[k]
+            rate[k] = spatial - se3.ad(self._data.eta[k]) @ jacobian[k]
+        return jacobian, rate
+
+    def tip_jacobian(self, q: Floats) -> Floats:
+        """Return the body Jacobian (6, n) of the last node: C (1.25)."""
+        return self.jacobians(q, self._zero)[0][-1]
+
+    def coriolis_matrix(self, q: Floats, v: Floats) -> Floats:
+        """Return C(q, q̇) (n, n) of C (1.33), with the null term M ad_η that makes Ṁ − 2C skew."""
+        v = self.coordinates(v, "v")
+        jacobian, rate = self.jacobians(q, v)
+        out = np.zeros((self.n, self.n))
+        for k, (mass, *moments) in enumerate(self.model.inertia):
+            inertia = np.diag([*moments, mass, mass, mass])
+            ad = se3.ad(jacobian[k] @ v)
+            gyroscopic = inertia @ ad - ad.T @ inertia
+            out += jacobian[k].T @ (inertia @ rate[k] + gyroscopic @ jacobian[k])
+        return out
+
+    def mass_matrix_derivative(self, q: Floats) -> Floats:
+        """Return ∂M_ij/∂q_k as [i, j, k] (n, n, n), exact.
+
+        The residual is linear in q̈ with matrix M, so M's derivative along q̈ is the difference of
+        two tangents.
+        """
+        data = self.forcing(share=0.0)
+        out = np.zeros((self.n, self.n, self.n))
+        # accelerations that load the arm as much as its own elasticity: neither drowns the other
+        law = np.abs(np.diag(self.stiffness_matrix()))
+        mass = np.diag(self.mass_matrix(q))
+        size = np.where(law > 0.0, law, mass) / mass
+        for j, a in enumerate(np.diag(size)):
+            for sign in (0.5, -0.5):
+                self.residual(q, self._zero, sign * a, data)
+                out[:, j] += 2.0 * sign * self.last_tangent((1.0, 0.0, 0.0))
+            out[:, j] /= size[j]
+        return 0.5 * (out + out.transpose(1, 0, 2))
+
+    def christoffel_symbols(self, q: Floats) -> Floats:
+        """Return c_ijk = ½(∂M_ij/∂q_k + ∂M_ik/∂q_j − ∂M_jk/∂q_i) (n, n, n) of the first kind."""
+        slope = self.mass_matrix_derivative(q)
+        return 0.5 * (slope + slope.transpose(0, 2, 1) - slope.transpose(2, 0, 1))
+
+    def christoffel_matrix(self, q: Floats, v: Floats) -> Floats:
+        """Return C_ij = Σ_k c_ijk q̇_k (n, n).
+
+        The other Coriolis matrix that makes Ṁ − 2C skew, the one behind C (1.43). It agrees with
+        ``coriolis_matrix`` on q̇, not on other vectors, and costs 2n tangents.
+        """
+        return self.christoffel_symbols(q) @ self.coordinates(v, "v")
+
+    def internal_wrench(
+        self,
+        q: Floats,
+        v: Floats | None = None,
+        a: Floats | None = None,
+        *,
+        time: float = 0.0,
+        tip: Floats | None = None,
+        tip_follows: bool = False,
+    ) -> InternalWrench:
+        """Return the internal wrench on both sides of every node: Θ of A (2.1), Λ of C (1.19).
+
+        Parameters
+        ----------
+        q, v, a : (n,) a motion; at rest by default
+        time : s at which scheduled loads are taken
+        tip : (6,) moment and force at the tip along world axes, or (``tip_follows``) its own
+
+        Notes
+        -----
+        It is what balances masses and loads beyond the section, hence right whatever the section
+        law: where strains are fixed it is the reaction (A's Lagrange multipliers), at joints it
+        is what the joint bears, effort included, and along a rod it is what section *and* tendons
+        carry together. Nodes are exact at the ends of elements, and converge with the order of
+        the nodes inside. That of a state with a ≠ ``forward_dynamics`` or of no equilibrium is
+        the one the residual forces would help to make.
+        """
+        v, a = (self._zero if x is None else x for x in (v, a))
+        data = self.forcing(None, time, 1.0, tip, tip_follows)
+        self.residual(q, v, a, data)
+        return internal_wrench(self.compiled, data, time)
+
+    def _law(self, values: Floats) -> Floats:
+        """Return a sparse law as a matrix (n, n)."""
+        out = np.zeros((self.n, self.n))
+        rows = np.repeat(np.arange(self.n), np.diff(self.model.law_ptr))
+        out[rows, self.model.law_col] = values
+        return out

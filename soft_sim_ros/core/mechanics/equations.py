@@ -1,0 +1,176 @@
+"""The equations of motion of a scene as functions of state, efforts and time, by recursion.
+
+r(q, q̇, q̈) = M q̈ + C q̇ + g + k + R q̇ − loads − actuators, its exact derivatives, and its solution
+for q̈. ``dynamics.py`` takes it apart.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from soft_sim_ros.core.arguments import number, vector
+from soft_sim_ros.core.backend.copying import take_rest
+from soft_sim_ros.core.backend.jit import Call
+from soft_sim_ros.core.compile.scene import Compiled, compile_scene
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.model.model import Data, new_data
+from soft_sim_ros.core.recursion.elimination import dense, factor, new_system, solve
+from soft_sim_ros.core.recursion.rnea import inverse_dynamics
+from soft_sim_ros.core.recursion.tangent import tangent
+from soft_sim_ros.core.terms.forcing import apply_loads
+from soft_sim_ros.errors import BadArgument
+from soft_sim_ros.scene import Scene
+
+
+class Equations:
+    """A compiled scene as a function of state, efforts and time.
+
+    Parameters
+    ----------
+    scene : Scene or Compiled
+
+    Notes
+    -----
+    ``efforts`` (A,) in scene order default to zero. Loads are those of the scene at ``time`` in s,
+    times ``share``.
+    Gravity is multiplied by ``share`` too, so one number scales everything a static load path
+    needs.
+    """
+
+    def __init__(self, scene: Scene | Compiled) -> None:
+        self.compiled = scene if isinstance(scene, Compiled) else compile_scene(scene)
+        self.model = self.compiled.model
+        self.n = len(self.compiled.coordinate_names)
+        self.actuators = len(self.model.port_ptr) - 1
+        self._data = new_data(self.model)
+        self._system = new_system(self.model)
+        self._zero = np.zeros(self.n)
+        self._no_tip = np.zeros(6)
+
+    # Copies have scratch of their own; what is compiled never changes and is shared.
+
+    def __copy__(self) -> Equations:
+        return self._twin(None)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Equations:
+        return self._twin(memo)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.compiled,)
+
+    def _twin(self, memo: dict[int, Any] | None) -> Equations:
+        new = type(self)(self.compiled)
+        if memo is not None:
+            memo[id(self)] = new
+        take_rest(new, self, memo)
+        return new
+
+    def forcing(
+        self,
+        efforts: Floats | None = None,
+        time: float = 0.0,
+        share: float = 1.0,
+        tip: Floats | None = None,
+        tip_follows: bool = False,
+    ) -> Data:
+        """Return scratch with gravity, loads, efforts and a tip wrench (6,) set.
+
+        The wrench is along world axes, or (``tip_follows``) along those of the tip.
+        """
+        time, share = number("time", time), number("share", share)
+        tip = self._no_tip if tip is None else vector("tip", tip, 6)
+        if not tip_follows:
+            tip = self.to_base(tip)
+        data = self._data
+        data.gravity[:] = share * self.compiled.gravity
+        data.effort[:] = 0.0
+        if efforts is not None:
+            data.effort[:] = share * vector("efforts", efforts, self.actuators)
+        apply_loads(
+            self.compiled.loads,
+            tip,
+            bool(tip_follows),
+            time,
+            share,
+            data,
+        )
+        return data
+
+    def calls(self) -> list[Call]:
+        """Return the units that a mass matrix needs, as they are called, to be compiled ahead."""
+        state, alpha = (self._zero, self._zero, self._zero, self._zero), (1.0, 1.0, 1.0)
+        matrix = np.zeros((self.n, self.n))
+        return [
+            (inverse_dynamics, self.model, self._data, *state),
+            (tangent, self.model, self._data, alpha, self._system),
+            (dense, self.model, self._system, matrix),
+        ]
+
+    def residual(self, q: Floats, v: Floats, a: Floats, data: Data) -> Floats:
+        """Return M a + C v + g + k + R v − loads − actuators (n,)."""
+        q, v, a = self.coordinates(q), self.coordinates(v, "v"), self.coordinates(a, "a")
+        if data is not self._data:
+            raise BadArgument("data", type(data), "what ``forcing`` of the same object returned")
+        out = np.zeros(self.n)
+        inverse_dynamics(self.model, data, q, v, a, out)
+        return out
+
+    def inverse_dynamics(
+        self, q: Floats, v: Floats, a: Floats, efforts: Floats | None = None, time: float = 0.0
+    ) -> Floats:
+        """Return the generalised force (n,) that the motion needs beyond loads and efforts."""
+        return self.residual(q, v, a, self.forcing(efforts, time))
+
+    def forward_dynamics(
+        self, q: Floats, v: Floats, efforts: Floats | None = None, time: float = 0.0
+    ) -> Floats:
+        """Return q̈ (n,), by elimination from tip to base: the cost is linear in the blocks.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            if a coordinate moves no mass
+        """
+        out = self.inverse_dynamics(q, v, self._zero, efforts, time)
+        tangent(self.model, self._data, (0.0, 0.0, 1.0), self._system)
+        if not factor(self.model, self._system):
+            raise np.linalg.LinAlgError("the mass matrix is singular")
+        solve(self.model, self._system, out)
+        return -out
+
+    def tangents(
+        self,
+        q: Floats,
+        v: Floats,
+        a: Floats,
+        efforts: Floats | None = None,
+        time: float = 0.0,
+        tip: Floats | None = None,
+        tip_follows: bool = False,
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return ∂r/∂q, ∂r/∂q̇, ∂r/∂q̈ (n, n) of the residual, exact; arguments of ``forcing``."""
+        self.residual(q, v, a, self.forcing(efforts, time, 1.0, tip, tip_follows))
+
+        unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        return self.last_tangent(unit[0]), self.last_tangent(unit[1]), self.last_tangent(unit[2])
+
+    def last_tangent(self, alpha: tuple[float, float, float]) -> Floats:
+        """Return α₀ ∂r/∂q + α₁ ∂r/∂q̇ + α₂ ∂r/∂q̈ at the last ``residual``.
+
+        Any other call in between may move that state: ``tangents`` is safe.
+        """
+        matrix = np.zeros((self.n, self.n))
+        factors = vector("alpha", alpha, 3).tolist()
+        tangent(self.model, self._data, (factors[0], factors[1], factors[2]), self._system)
+        dense(self.model, self._system, matrix)
+        return matrix
+
+    def coordinates(self, values: Floats, name: str = "q") -> Floats:
+        """Return (n,) numbers for a kernel; refuse any other number of them."""
+        return vector(name, values, self.n)
+
+    def to_base(self, wrench: Floats) -> Floats:
+        """Return the base-frame components of a wrench (6,) given along the world axes."""
+        return self.compiled.to_base(wrench)

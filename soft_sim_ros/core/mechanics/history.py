@@ -1,0 +1,36 @@
+"""What gives an arm forces that are not functions of q, q̇ and efforts alone, refused by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from soft_sim_ros.errors import SceneError
+from soft_sim_ros.scene import Material, Rod, Scene, TendonActuator
+
+
+def materials(scene: Scene) -> Iterator[Material]:
+    """Give the material of every section of every rod."""
+    for body in scene.bodies:
+        if isinstance(body, Rod):
+            yield from (section.material for section in body.sections)
+
+
+def refuse_branches(scene: Scene, form: str) -> None:
+    """Refuse materials with a Maxwell branch: its dashpots have a state of their own."""
+    for material in materials(scene):
+        if material.maxwell is not None:
+            key = f"materials.{material.name}.maxwell"
+            value = f"{{ratio: {material.maxwell.ratio:g}, time: {material.maxwell.time:g}}}"
+            raise SceneError(scene.file, key, value, f"no such key in {form}")
+
+
+def refuse_tendons(scene: Scene, form: str) -> None:
+    """Refuse tendons whose tension is not their effort: commanded lengths, friction."""
+    for i, actuator in enumerate(scene.actuators):
+        if not isinstance(actuator, TendonActuator):
+            continue
+        if actuator.control == "length":
+            raise SceneError(scene.file, f"actuators[{i}].control", "length", f"tension in {form}")
+        if actuator.friction:
+            key, value = f"actuators[{i}].friction", actuator.friction
+            raise SceneError(scene.file, key, value, f"0 in {form}")

@@ -1,0 +1,174 @@
+"""What the kernels see: an immutable Model and a scratch Data, both flat named tuples of arrays.
+
+A chain of bodies is a list of *segments*. Segment k carries the frame of node k to node k + 1,
+
+    g_{k+1} = g_k exp(Ω_k),   Ω_k = h/2 (ξ₁ + ξ₂) + κ [ξ₁, ξ₂],   ξ_i = ξ₀ᵢ + Σ_entries φ_i
+    q[column] e[component],
+
+the fourth-order Magnus step of g' = g ξ with ξ at the two Gauss points of the segment (κ = √3
+h²/12). A joint is the segment with h = 1, κ = 0 and constant φ; a rigid offset is a segment with
+no entries. Inertia is lumped at the nodes by Gauss–Lobatto weights, so the model is a discrete
+Lagrangian, and every quantity computed from it is exact for it. Consecutive segments that share
+coordinates form a *block* (a section element, a joint): the unit of elimination.
+
+All positions, loads and gravity are expressed in the base frame of the arm.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_sim_ros.core.algebra.motion_space import PlaneXY, PlaneXZ, Space, Spatial
+from soft_sim_ros.core.backend.structs import struct
+from soft_sim_ros.core.floats import Floats, Ints
+
+
+@struct
+class Fibres(NamedTuple):
+    """Hyperelastic sections, at P stations along the rods: a Gauss point and its fibres."""
+
+    entry_ptr: Ints  # (P + 1,) entries of a station
+    entry_col: Ints  # coordinate
+    entry_comp: Ints  # strain component 0…3
+    entry_phi: Floats  # basis value
+    block: Ints  # (P,)
+    law: Ints  # (P,)
+    ptr: Ints  # (P + 1,) fibres of a station
+    points: Floats  # (F, 4) y, z in m, volume in m³, (γ/K_x)² in m²
+    laws: Floats  # (L, 9) stretches from … to, c10, c01, c20, c30, G in Pa, knots from … to
+    knots: Floats  # (N, 6) stretch, energy in J/m³ there, stress as a cubic from there on
+
+
+@struct
+class Model(NamedTuple):
+    """Immutable arrays of a compiled scene. S segments, S + 1 nodes, n coordinates, B blocks."""
+
+    half: Floats  # (S,) h/2 in m (joints: 1/2)
+    kappa: Floats  # (S,) √3 h²/12 in m² (joints, rigid offsets: 0)
+    xi0: Floats  # (S, 2, 6) reference strain at the two Gauss points (rigid offsets: their log)
+    entry_ptr: Ints  # (S + 1,) entries of a segment
+    entry_col: Ints  # (E,) coordinate
+    entry_comp: Ints  # (E,) strain component 0…5, ascending within a segment
+    entry_phi: Floats  # (E, 2) basis value at the two Gauss points
+    inertia: Floats  # (S + 1, 4) lumped mass kg and principal inertia kg·m²
+    block_col: Ints  # (B + 1,) first coordinate of a block
+    block_seg: Ints  # (B + 1,) first segment of a block
+    seg_block: Ints  # (S,) block of a segment
+    law_ptr: Ints  # (n + 1,) rows of stiffness and damping, zeros left out …
+    law_col: Ints  # … their columns
+    stiffness: Floats  # … ∫ Φᵀ H Φ ds and joint stiffness
+    damping: Floats  # … ∫ Φᵀ Γ Φ ds and joint damping
+    branch: Floats  # … stiffness of Maxwell branches; (0,) without
+    branch_time: Floats  # (n,) their relaxation times in s; (0,) without
+    fibres: Fibres  # what is not linear in the elasticity of the rods
+    drag: Floats  # (S + 1, 4) Rayleigh's α times the inertia of the rods; (0, 4) without
+    # (n,) displacement of the tip per unit coordinate over the arm's length: Newton's norm
+    weight: Floats
+    port_ptr: Ints  # (A + 1,) linear part of the actuators: dq-columns …
+    port_col: Ints
+    port_gain: Floats  # … and their gains: position = gain · q
+    tendon_ptr: Ints  # (A + 1,) pieces of path of an actuator: a tendon or a chamber
+    tendon_seg: Ints  # (P,) segment
+    tendon_path: Floats  # (P, 2, 3, 3) [Gauss point][d, d', d''] in the section frame, m, 1, 1/m
+    tendon_rest: Floats  # (A,) length in the reference shape, m
+    tendon_gain: Floats  # (A,) port position per lengthening: −1 (tendon), its area in m² (chamber)
+    winch: Floats  # (A, 2) N/m and N·s/m of a tendon whose length is commanded; 0: its tension is
+    friction: Floats  # (A, 3) coefficient, slip speed in m/s, curvature in 1/m that counts as none
+    couple_ptr: Ints  # (A + 1,) columns by which an actuator ties blocks together
+    chart: Ints  # (C,) first coordinate of every rotation vector (spherical joints, free base)
+    free: Ints  # (0 or 1,) segment that turns a free base; the one before it shifts it
+    space: Space = Spatial()
+
+
+def in_its_plane(model: Model) -> Model:
+    """Return the model, marked as planar if no coordinate can move it out of a plane.
+
+    Strain components without coordinates do not change; if those out of the plane vanish at rest
+    too, no load and no effort moves a node out of the plane, and what would is borne by the
+    section. The wrench in ``Data`` then lacks what is borne.
+    """
+    for space in (PlaneXY(), PlaneXZ()):
+        out = [c for c in range(6) if c not in space.components]
+        if not np.isin(model.entry_comp, out).any() and not model.xi0[:, :, out].any():
+            return model._replace(space=space)
+    return model
+
+
+@struct
+class Data(NamedTuple):
+    """Scratch arrays of one simulation; every kernel overwrites what it needs."""
+
+    xi: Floats  # (S, 2, 3, 6) strain, rate, acceleration at the Gauss points
+    omega: Floats  # (S, 3, 6) Ω and its two time derivatives
+    relative: Floats  # (S, 12) rotation by rows, translation of exp(Ω)
+    series: Floats  # (⌈S/4⌉, 40) Stumpff functions c0 … c9 of four segments each
+    step: Floats  # (S, 12) T(Ω)Ω̇, the twist a segment adds, and its rate
+    dual: Floats  # (S, 12) wrenches dual to the strains at both Gauss points
+    rotation: Floats  # (S + 1, 9) node orientation in the base frame
+    position: Floats  # (S + 1, 3) node position in the base frame, m
+    eta: Floats  # (S + 1, 6) body twist
+    acc: Floats  # (S + 1, 6) body acceleration minus gravity
+    # (S + 1, 6) sum of inertial minus external wrenches from a node to the tip, body frame
+    wrench: Floats
+    gravity: Floats  # (3,) base frame, m/s²
+    dead: Floats  # (S + 1, 6) moment and force fixed in the base frame
+    follower: Floats  # (S + 1, 6) moment and force fixed in the section
+    active: Ints  # (2,) whether any dead wrench, any follower acts: kernels skip what does not
+    effort: Floats  # (A,) N·m, N or Pa; m pulled in of a tendon whose length is commanded
+    station: Floats  # (P, 2, 4) along tendons with friction (terms/friction.py)
+    section: Floats  # (P, 4) K − K₀ and stretch at the stations of hyperelastic sections
+
+
+def new_data(model: Model) -> Data:
+    """Allocate zeroed scratch for ``model``."""
+    segments = len(model.half)
+    actuators = len(model.port_ptr) - 1
+    nodes = segments + 1
+    data = Data(
+        xi=np.zeros((segments, 2, 3, 6)),
+        omega=np.zeros((segments, 3, 6)),
+        relative=np.zeros((segments, 12)),
+        series=np.zeros((-(-segments // 4), 40)),
+        step=np.zeros((segments, 12)),
+        dual=np.zeros((segments, 12)),
+        rotation=np.zeros((nodes, 9)),
+        position=np.zeros((nodes, 3)),
+        eta=np.zeros((nodes, 6)),
+        acc=np.zeros((nodes, 6)),
+        wrench=np.zeros((nodes, 6)),
+        gravity=np.zeros(3),
+        dead=np.zeros((nodes, 6)),
+        follower=np.zeros((nodes, 6)),
+        active=np.zeros(2, dtype=np.int64),
+        effort=np.zeros(actuators),
+        station=np.zeros((len(model.tendon_seg) if model.friction.any() else 0, 2, 4)),
+        section=np.zeros((len(model.fibres.block), 4)),
+    )
+    data.rotation[0, [0, 4, 8]] = 1.0
+    return data
+
+
+@struct
+class Loads(NamedTuple):
+    """Scheduled loads, lumped to nodes. L loads, P node wrenches."""
+
+    ptr: Ints  # (L + 1,) wrenches of a load
+    node: Ints  # (P,)
+    wrench: Floats  # (P, 6) moment and force; base frame if dead, section frame if following
+    follows: Ints  # (L,) 1: follower, 0: dead
+    schedule: Floats  # (L, 3) start, end, ramp in s
+    switches: Floats  # sorted times in s at which a factor jumps or bends
+
+
+@struct
+class Samples(NamedTuple):
+    """Frames between nodes, each one Magnus step from a node. P samples."""
+
+    node: Ints  # (P,)
+    half: Floats  # (P,)
+    kappa: Floats  # (P,)
+    xi0: Floats  # (P, 2, 6)
+    entry_ptr: Ints  # (P + 1,)
+    entry_col: Ints
+    entry_comp: Ints
+    entry_phi: Floats

@@ -1,0 +1,255 @@
+"""The Newton matrix of a chain, kept and solved block by block at a cost linear in the blocks.
+
+In the base frame a column of the Jacobian stays what it is beyond its own block, so the matrix is
+semiseparable: with a few numbers per coordinate, rows P (18), Q (18), J and X (6; in a plane half
+as many),
+
+    K_ii = D_i,     K_ij = P_iᵀ Q_j  (i after j: what i feels of the motion of j),
+                    K_ij = J_iᵀ X_j  (i before j: what j exerts on i).
+
+With the motion handed towards the tip, s_{i+1} = s_i + Q_i x_i, and the wrench handed towards the
+base, t_{i-1} = t_i + X_i x_i, elimination from the tip writes t_i = A_i s_{i+1} + b_i: the
+articulated-body idea, on the exact tangent of an implicit step.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from soft_sim_ros.core.algebra.linalg import lu_factor, lu_invert
+from soft_sim_ros.core.algebra.products import (
+    accumulate,
+    add_product_t,
+    add_wide_product,
+    clear,
+    row_product,
+)
+from soft_sim_ros.core.algebra.simd import WIDTH, fused, keep_one, one
+from soft_sim_ros.core.algebra.spaces import size_of
+from soft_sim_ros.core.backend.jit import bare, kernel, unit
+from soft_sim_ros.core.backend.structs import struct
+from soft_sim_ros.core.floats import Floats, Ints
+from soft_sim_ros.core.model.model import Model
+from soft_sim_ros.core.terms.couplings import add_columns, correct, factor_columns
+
+
+@struct
+class System(NamedTuple):
+    """Blocks of the matrix and of its factors.
+
+    With w = 6 components of a twist (3 in a plane), and block b of m coordinates padded to W, a
+    multiple of four, with zeros: what is ``rows`` (k, W) of a block stands at k · column[b].
+    """
+
+    offset: Ints  # (B + 1,) diagonal[offset[b]:] as (m, m)
+    column: Ints  # (B + 1,) sums of W
+    square: Ints  # (B + 1,) inverse[square[b]:] as (m, W)
+    diagonal: Floats  # D
+    motion: Floats  # rows (3w, W): Q = (J; Z; Y) at the end of the block
+    feels: Floats  # rows (3w, W): P
+    exerts: Floats  # rows (w, W): X
+    carry: Floats  # rows (3w, W): what it does when the part before moves, transposed
+    gain: Floats  # rows (w, W): what it hands on to the base
+    inverse: Floats  # of D + Jᵀ A Q, transposed
+    scratch: Floats  # (3w + m, W) of the largest block
+    pivot: Ints  # (m,) of the largest block
+    vectors: Floats  # (2, W) of the largest block
+    left: Floats  # (R, n) columns of U, of what ties blocks together (coupling.py) …
+    right: Floats  # (R, n) … and of V
+    reach: Floats  # (R, n) columns of K₀⁻¹ U
+    small: Floats  # (R, R) factors of 1 + Vᵀ K₀⁻¹ U
+    small_x: Floats  # (R,)
+    small_pivot: Ints  # (R,)
+
+
+def new_system(model: Model) -> System:
+    """Allocate a zeroed system."""
+    sizes = np.diff(model.block_col)
+    widths = -(-sizes // WIDTH) * WIDTH
+    offset, column, square = (
+        np.concatenate([[0], np.cumsum(each)]).astype(np.int64)
+        for each in (sizes**2, widths, sizes * widths)
+    )
+    ties, n = int(model.couple_ptr[-1]), int(model.block_col[-1])
+    size, total = len(model.space.components), int(column[-1])
+    m, wide = int(sizes.max(initial=0)), int(widths.max(initial=WIDTH))
+    return System(
+        offset=offset,
+        column=column,
+        square=square,
+        diagonal=np.zeros(offset[-1]),
+        motion=np.zeros(3 * size * total),
+        feels=np.zeros(3 * size * total),
+        exerts=np.zeros(size * total),
+        carry=np.zeros(3 * size * total),
+        gain=np.zeros(size * total),
+        inverse=np.zeros(square[-1]),
+        scratch=np.zeros((3 * size + m) * wide),
+        pivot=np.zeros(m, dtype=np.int64),
+        vectors=np.zeros((2, wide)),
+        left=np.zeros((ties, n)),
+        right=np.zeros((ties, n)),
+        reach=np.zeros((ties, n)),
+        small=np.zeros((ties, ties)),
+        small_x=np.zeros(ties),
+        small_pivot=np.zeros(ties, dtype=np.int64),
+    )
+
+
+@kernel
+def rows(system, flat, count, b):
+    """Return the (count, W) matrix of block b in a flat array."""
+    begin, end = system.column[b], system.column[b + 1]
+    return flat[count * begin : count * end].reshape((count, end - begin))
+
+
+@unit
+def dense(model, system, matrix):
+    """Fill matrix (n, n) with the whole matrix of a system that has not been factored."""
+    matrix = bare(matrix)
+    size = size_of(model.space)
+    for b in range(len(model.block_col) - 1):
+        begin, end = model.block_col[b], model.block_col[b + 1]
+        m = end - begin
+        at = system.offset[b]
+        for i in range(m):
+            for j in range(m):
+                matrix[begin + i, begin + j] = system.diagonal[at]
+                at += 1
+        feels = rows(system, system.feels, 3 * size, b)
+        exerts = rows(system, system.exerts, size, b)
+        for earlier in range(b):
+            first, stop = model.block_col[earlier], model.block_col[earlier + 1]
+            motion = rows(system, system.motion, 3 * size, earlier)
+            for i in range(m):
+                for j in range(stop - first):
+                    below, above = 0.0, 0.0
+                    for c in range(3 * size):
+                        below += feels[c, i] * motion[c, j]
+                    for c in range(size):
+                        above += motion[c, j] * exerts[c, i]
+                    matrix[begin + i, first + j] = below
+                    matrix[first + j, begin + i] = above
+    add_columns(system, matrix)
+
+
+@kernel
+def factor_chain(model, system):
+    """Eliminate from the tip to the base; return False if a block is singular or not finite."""
+    space = model.space
+    size = size_of(space)
+    # A_i: wrench handed to the base per unit motion handed to the tip
+    a = np.zeros((size, 3 * size))
+    for b in range(len(model.block_col) - 2, -1, -1):
+        m = model.block_col[b + 1] - model.block_col[b]
+        if m == 0:
+            continue
+        motion, gain = rows(system, system.motion, 3 * size, b), rows(system, system.gain, size, b)
+        carry = rows(system, system.carry, 3 * size, b)
+        width = motion.shape[1]
+        felt = system.scratch[: 3 * size * width].reshape((3 * size, width))
+        block = system.scratch[3 * size * width : (3 * size + m) * width].reshape((m, width))
+        # A Q, and D + Jᵀ A Q, transposed as its inverse will be
+        clear(gain, size)
+        add_wide_product(a, motion, gain)
+        for i in range(m):
+            for j in range(m):
+                block[j, i] = system.diagonal[system.offset[b] + i * m + j]
+        add_product_t(space, gain, 0, 1.0, motion, block, 0, m)
+        accumulate(gain, rows(system, system.exerts, size, b), size)
+        inverse = system.inverse[system.square[b] : system.square[b + 1]].reshape((m, width))
+        if not lu_factor(block, system.pivot):
+            return False
+        lu_invert(block, system.pivot, inverse)
+        # carry = (D + Jᵀ A Q)⁻¹ (Pᵀ + Jᵀ A)
+        clear(felt, 3 * size)
+        accumulate(felt, rows(system, system.feels, 3 * size, b), 3 * size)
+        add_product_t(space, a, 0, 1.0, motion, felt, 0, 3 * size)
+        clear(carry, 3 * size)
+        add_wide_product(felt, inverse, carry)
+        for r in range(size):
+            for c in range(3 * size):
+                a[r, c] -= row_product(gain, r, carry, c)
+    return True
+
+
+@kernel
+def solve_chain(model, system, x):
+    """Solve in place for x (n,) with the factors of ``factor_chain``."""
+    size = size_of(model.space)
+    handed = np.zeros(size)  # towards the base
+    for b in range(len(model.block_col) - 2, -1, -1):
+        begin, m = model.block_col[b], model.block_col[b + 1] - model.block_col[b]
+        if m == 0:
+            continue
+        motion, gain = rows(system, system.motion, 3 * size, b), rows(system, system.gain, size, b)
+        width = motion.shape[1]
+        inverse = system.inverse[system.square[b] : system.square[b + 1]].reshape((m, width))
+        for i in range(m):
+            system.vectors[0, i] = x[begin + i]
+        for j in range(0, width, WIDTH):
+            total = one(system.vectors, 0, j)
+            for c in range(size):
+                total = fused(-handed[c], one(motion, c, j), total)
+            keep_one(system.vectors, 0, j, total)
+        for j in range(0, width, WIDTH):
+            total = system.vectors[0, 0] * one(inverse, 0, j)
+            for c in range(1, m):
+                total = fused(system.vectors[0, c], one(inverse, c, j), total)
+            keep_one(system.vectors, 1, j, total)
+        for i in range(m):
+            x[begin + i] = system.vectors[1, i]
+        for c in range(size):
+            handed[c] += row_product(gain, c, system.vectors, 1)
+    s = np.zeros(3 * size)
+    for b in range(len(model.block_col) - 1):
+        begin, m = model.block_col[b], model.block_col[b + 1] - model.block_col[b]
+        if m == 0:
+            continue
+        motion = rows(system, system.motion, 3 * size, b)
+        carry = rows(system, system.carry, 3 * size, b)
+        width = motion.shape[1]
+        for i in range(m):
+            system.vectors[1, i] = x[begin + i]
+        for i in range(m, width):
+            system.vectors[1, i] = 0.0
+        if begin > 0:
+            for j in range(0, width, WIDTH):
+                total = one(system.vectors, 1, j)
+                for c in range(3 * size):
+                    total = fused(-s[c], one(carry, c, j), total)
+                keep_one(system.vectors, 1, j, total)
+            for i in range(m):
+                x[begin + i] = system.vectors[1, i]
+        for c in range(3 * size):
+            s[c] += row_product(motion, c, system.vectors, 1)
+
+
+@unit
+def factor(model, system):
+    """Factor the whole matrix; return False if it is singular or not finite."""
+    if not factor_chain(model, system):
+        return False
+    if system.left.shape[0] == 0:
+        return True
+    return factor_ties(model, system)
+
+
+@unit
+def factor_ties(model, system):
+    """Factor what ties blocks together, after ``factor_chain``; return False if it is singular."""
+    ties, n = system.left.shape
+    for c in range(ties):
+        for i in range(n):
+            system.reach[c, i] = system.left[c, i]
+        solve_chain(model, system, system.reach[c])
+    return factor_columns(system)
+
+
+@unit
+def solve(model, system, x):
+    """Solve in place for x (n,) with the factors of ``factor``."""
+    x = bare(x)
+    solve_chain(model, system, x)
+    if system.left.shape[0] > 0:
+        correct(system, x)

@@ -1,0 +1,165 @@
+"""How far off the tip is because strains are polynomials and nodes are few: by a finer model.
+
+A state of one discretisation is shown in a finer one, where it is no solution any more; Newton's
+method, or one step of it, says how far the tip has to go. The time integration is not judged here.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.errors import NotResolved
+from soft_sim_ros.scene.numerics import FIXED_ORDER
+
+from .prolong import finer, prolong, reference_turn
+
+STEPS = 12  # of Newton's method
+FOUND = 1e-7  # its last correction, as a displacement of the tip in arm lengths
+LONGEST = 0.5  # arm lengths that one correction may move the tip
+# What a run may be off before somebody is told, over the length: by what was written, and without.
+WRITTEN, UNWRITTEN = 1e-2, 1e-3
+# What is left beyond a finer model: little with two more orders, a third of the way or more where
+# elements are halved, whose error falls with their square at best.
+SAFETY, HALVED = 1.25, 1.6
+STILL = 1e-3  # of the length: a way that is no motion yet
+MEMORY = 1.0  # s for which a motion gathers the errors of its forces, at most
+
+
+class Forcing(NamedTuple):
+    """What acts on an arm, as the arguments of `Equations.forcing`."""
+
+    efforts: Floats | None = None
+    time: float = 0.0
+    share: float = 1.0
+    tip: Floats | None = None
+    tip_follows: bool = False
+
+
+def newton(
+    dynamics: Dynamics, q: Floats, forcing: Forcing, free: NDArray[np.bool_] | None = None
+) -> Floats | None:
+    """Return the equilibrium (n,) that Newton's method finds from q, or None."""
+    mask = np.ones(dynamics.n, dtype=bool) if free is None else free
+    zero, weight = np.zeros(dynamics.n), dynamics.model.weight[mask]
+    q = q.copy()
+    for _ in range(STEPS):
+        residual = dynamics.residual(q, zero, zero, dynamics.forcing(*forcing))
+        matrix = dynamics.last_tangent((1.0, 0.0, 0.0))
+        try:
+            step = np.linalg.solve(matrix[np.ix_(mask, mask)], residual[mask])
+        except np.linalg.LinAlgError:
+            return None
+        size = float(np.max(np.abs(step) * weight, initial=0.0))
+        if not np.isfinite(size):
+            return None
+        q[mask] -= min(1.0, LONGEST / size) * step if size > 0.0 else 0.0
+        if size <= FOUND:
+            return q
+    return None
+
+
+def static_error(
+    dynamics: Dynamics, q: Floats, forcing: Forcing, free: NDArray[np.bool_] | None = None
+) -> float:
+    """Return how far off the tip of an equilibrium q (n,) is in space, over the length.
+
+    It is the way to the equilibrium of `finer`; infinite if there is none near.
+
+    free : (n,) bool, coordinates that were to be found; the others are held
+    """
+    if not dynamics.compiled.chain.rods:
+        return 0.0
+    fine = finer(dynamics, reference_turn(dynamics.compiled, q))
+    start = prolong(dynamics.compiled, fine.compiled, q)
+    held = None
+    if free is not None and not free.all():
+        held = prolong(dynamics.compiled, fine.compiled, np.logical_not(free).astype(float)) == 0.0
+    found = newton(fine, start, forcing, held)
+    if found is None:
+        return float("inf")
+    return trust(dynamics) * tips_apart(dynamics, q, fine, found)
+
+
+def trust(dynamics: Dynamics) -> float:
+    """Return how many times the way to the finer model the error may be, which is no continuum."""
+    bases = dynamics.compiled.scene.numerics.rods.values()
+    return HALVED if any(basis.kind in FIXED_ORDER for basis in bases) else SAFETY
+
+
+def tips_apart(one: Dynamics, q: Floats, other: Dynamics, p: Floats) -> float:
+    """Return the distance of two models' tips over the length."""
+    ends = [model.node_poses(x)[-1][:3, 3] for model, x in ((one, q), (other, p))]
+    return float(np.linalg.norm(ends[0] - ends[1])) / one.compiled.length
+
+
+def motion_error(
+    dynamics: Dynamics,
+    q: Floats,
+    v: Floats,
+    forcing: Forcing,
+    elapsed: float,
+    moved: float = np.inf,
+) -> float:
+    """Return how far off the tip of a motion is in space by the forces of this moment.
+
+    The forces that the finer model lacks for this motion, taken as lasting as long as the motion
+    takes: √(way of the tip / its acceleration), way / speed, ``elapsed`` or MEMORY, the shortest of
+    them. What resists them is the stiffness, and the inertia of that time. It sees what the basis
+    cannot show now; errors that a swinging arm has gathered before, in phase for instance, it does
+    not.
+
+    Parameters
+    ----------
+    q, v : (n,) coordinates and rates
+    forcing : what acts now
+    elapsed : s since the motion began
+    moved : m, by which the tip has been away from where it began
+    """
+    if not dynamics.compiled.chain.rods:
+        return 0.0
+    fine = finer(dynamics)
+    zero = np.zeros(dynamics.n)
+    still = dynamics.residual(q, v, zero, dynamics.forcing(*forcing))
+    mass = dynamics.last_tangent((0.0, 0.0, 1.0))
+    a = -np.linalg.solve(mass, still)
+    up, rate, push = prolong(dynamics.compiled, fine.compiled, np.array([q, v, a]))
+    jacobian = dynamics.tip_jacobian(q)[3:]
+    speed, rise = (float(np.linalg.norm(jacobian @ x)) for x in (v, a))
+    moved = max(moved, STILL * dynamics.compiled.length)
+    lasting = min(elapsed, MEMORY, moved / max(speed, 1e-300), np.sqrt(moved / max(rise, 1e-300)))
+    residual = fine.residual(up, rate, push, fine.forcing(*forcing))
+    inertia = 1.0 / max(1e-9, lasting) ** 2
+    matrix = fine.last_tangent((1.0, 0.0, inertia))
+    try:
+        found = up - np.linalg.solve(matrix, residual)
+    except np.linalg.LinAlgError:
+        return float("inf")
+    way = np.abs(up - found) * fine.model.weight
+    if not np.isfinite(found).all() or way.max() > 2.0:
+        return float("inf")
+    return trust(dynamics) * tips_apart(dynamics, q, fine, found)
+
+
+def limit_of(dynamics: Dynamics) -> float:
+    """Return the error in space over the length beyond which somebody is told."""
+    return WRITTEN if dynamics.compiled.scene.numerics.written else UNWRITTEN
+
+
+def tell_if_coarse(
+    dynamics: Dynamics,
+    q: Floats,
+    forcing: Forcing,
+    free: NDArray[np.bool_] | None = None,
+    *,
+    stacklevel: int = 3,
+) -> None:
+    """Warn with NotResolved where an equilibrium q (n,) is beyond `limit_of`."""
+    error, limit = static_error(dynamics, q, forcing, free), limit_of(dynamics)
+    if not error <= limit:
+        warnings.warn(NotResolved(dynamics.compiled.scene.name, error, limit), None, stacklevel)

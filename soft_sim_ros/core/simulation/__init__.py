@@ -1,0 +1,1 @@
+"""A scene that moves: its state, its inputs, its steps."""

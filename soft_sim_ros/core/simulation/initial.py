@@ -1,0 +1,112 @@
+"""The state that a scene begins in, and whether motion can go on from there."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from soft_sim_ros.core.algebra import se3
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.compile.element import EXTRA, Element
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.quadrature import gauss
+from soft_sim_ros.errors import SceneError, StaticsFailed
+
+# Beyond this many coordinates the mass matrix is not looked at as a whole.
+MASS_CHECKED = 600
+
+
+def initial_state(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Floats]:
+    """Return coordinates and rates (n,) of the scene's initial state.
+
+    efforts : (A,) what the actuators hold in an equilibrium
+
+    Raises
+    ------
+    StaticsFailed
+        if an equilibrium is asked for and not found
+    """
+    model, chain = dynamics.model, dynamics.compiled.chain
+    initial = dynamics.compiled.scene.initial
+    q, v = np.zeros(dynamics.n), np.zeros(dynamics.n)
+    given = np.zeros(dynamics.n, dtype=bool)
+    for name, value in initial.positions.items():
+        columns = chain.columns(name)
+        q[columns], given[columns] = value, True
+    for name, value in initial.velocities.items():
+        v[chain.columns(name)] = value
+    for first in model.chart:
+        # what is given is the angular velocity in the frame after the joint
+        tangent = se3.right_tangent(np.concatenate([q[first : first + 3], np.zeros(3)]))[:3, :3]
+        v[first : first + 3] = np.linalg.solve(tangent, v[first : first + 3])
+    for _ in model.free:
+        turn = se3.exp(np.concatenate([q[:3], np.zeros(3)]))[:3, :3]
+        v[3:6] = turn @ v[3:6]
+    for name, offset in initial.strains.items():
+        rod, section = name.split("/")
+        for element in chain.rods[rod].elements:
+            if element.section.name == section:
+                _impose(element, offset, q)
+    if initial.state == "equilibrium":
+        # joints with a given position hold it: what is asked for is the shape around them
+        try:
+            q = equilibrium(dynamics, q, efforts=efforts, free=~given, check=False)
+        except StaticsFailed as failure:
+            raise _explained(dynamics, failure, given) from None
+    return q, v
+
+
+def _explained(
+    dynamics: Dynamics, failure: StaticsFailed, given: NDArray[np.bool_]
+) -> StaticsFailed:
+    """Return the failure with the joints that nothing holds, or what else may be done."""
+    diagonal = np.diag(dynamics.stiffness_matrix())
+    loose = [
+        name
+        for name, columns in dynamics.compiled.chain.joints.items()
+        if np.any((diagonal[columns] == 0.0) & ~given[columns])
+    ]
+    advice = "start from initial.state: reference and let it fall"
+    if loose:
+        keys = ", ".join(f"initial.positions.{name}" for name in loose)
+        advice = f"joints without stiffness can be held by {keys}"
+    why = f"{failure.why}; {advice}" if failure.why else advice
+    return StaticsFailed(failure.load_factor, failure.residual, failure.time, why)
+
+
+def _impose(element: Element, offset: Floats, q: Floats) -> None:
+    """Set the coordinates of an element so that its strain is ξ₀ + offset throughout."""
+    begin, end = element.span
+    for columns in element.columns:
+        component, first, count = columns
+        s = begin + (end - begin) * gauss(element.density * (count + EXTRA))[0]
+        phi = element.values(columns, s)
+        solution = np.linalg.lstsq(phi, np.full(len(s), offset[component]), rcond=None)[0]
+        used = np.any(phi != 0.0, axis=0)
+        q[first : first + count][used] = solution[used]
+
+
+def check_mass(dynamics: Dynamics, q: Floats) -> None:
+    """Refuse coordinates (n,) that move no mass: their motion has no equation.
+
+    Raises
+    ------
+    SceneError
+        which names one of them
+    """
+    if not 0 < dynamics.n <= MASS_CHECKED:
+        return
+    mass = dynamics.mass_matrix(q)
+    diagonal = np.diag(mass)
+    worst = int(np.argmin(diagonal))
+    vanishes = not diagonal[worst] > 0.0
+    if not vanishes:
+        # in these units every coordinate has unit mass: what vanishes is a combination of them
+        values, shapes = np.linalg.eigh(mass / np.sqrt(np.outer(diagonal, diagonal)))
+        worst, vanishes = int(np.argmax(np.abs(shapes[:, 0]))), not values[0] > 1e-14
+    if vanishes:
+        name = dynamics.compiled.coordinate_names[worst]
+        expected = f"a mass that its coordinate {name!r} moves (more nodes, or a body after it)"
+        scene = dynamics.compiled.scene
+        raise SceneError(scene.file, "bodies", scene.name, expected)

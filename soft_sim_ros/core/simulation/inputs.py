@@ -1,0 +1,309 @@
+"""What pushes the arm from outside: commanded efforts and the wrench at the tip.
+
+``Inputs`` stands between messages and ``Simulation``. The efforts of every step are a pure function
+of the simulation time and of the orders taken up so far, so the node and a later re-simulation of
+its recording, which take up the same orders at the same times, apply the same bits, however the
+steps were grouped into calls.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from copy import copy
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from soft_sim_ros.core.arguments import number, whole
+from soft_sim_ros.errors import CommandError
+from soft_sim_ros.foreign import bare, listed, shown
+
+from .bounds import Bounds
+from .orders import (
+    COMMAND,
+    EXTERNAL_WRENCH,
+    JOINT_COMMAND,
+    MOST_NAMES,
+    TIP,
+    WORLD,
+    Order,
+    numbers,
+    require_finite,
+)
+from .orders import wrench_frame as wrench_frame  # for those who look for it here
+
+if TYPE_CHECKING:
+    from .simulation import Simulation
+
+_NEVER = int(np.iinfo(np.int64).max)
+MOST_STEPS = _NEVER  # in one call
+_EVER = 4e9  # s: beyond all times that 64 bits of nanoseconds are used for, without overflow
+
+
+class Inputs:
+    """Commanded efforts and tip wrench of one simulation, with limits and a timeout.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        The arm that is driven; ``scene.actuators`` give limits and safe efforts.
+    command_timeout : float
+        s of simulation time for which the last order of an actuator (or of the wrench) is held;
+        0 = for ever.
+    ramp : float
+        s over which a stale effort then goes linearly to its safe value (the wrench to zero).
+    bounds : Bounds or None
+        To what a wrench, and efforts without limits, are cut; None = to nothing.
+
+    Notes
+    -----
+    The timeout runs for every actuator by itself: commanding one joint does not keep a stale effort
+    of another alive. Orders change nothing before the next `update`; `advance` calls it wherever
+    the efforts change.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        command_timeout: float,
+        ramp: float,
+        bounds: Bounds | None = None,
+    ) -> None:
+        timeout, ramp = (
+            min(
+                number(name, value, 0.0, "time in s: expected a finite number, zero or more"), _EVER
+            )
+            for name, value in (("command_timeout", command_timeout), ("ramp", ramp))
+        )
+        # A timeout of less than a nanosecond must not become none at all.
+        self._timeout_ns = round(timeout * 1e9) or int(timeout > 0.0)
+        self._ramp_ns = round(ramp * 1e9)
+        self.simulation = simulation
+        actuators = simulation.scene.actuators
+        self.names = tuple(a.name for a in actuators)
+        self._index = {name: i for i, name in enumerate(self.names)}
+        self._known = listed(self.names, MOST_NAMES, bare)
+        n = len(self.names)
+        self.bounds = Bounds.none(simulation.scene) if bounds is None else bounds
+        self._limits = self.bounds.efforts
+        self._all = np.arange(n)
+        self._safe = np.array([a.safe for a in actuators] + 6 * [0.0], dtype=float)
+        self._events: list[tuple[int, str]] = []
+        self.last_order_ns: int | None = None
+        self._clear()
+        self.update()
+
+    # Orders: anything wrong with a command is said here, before it reaches the arm.
+
+    def effort_order(self, efforts: Sequence[float] | np.ndarray) -> Order:
+        """Order for all actuators, ``efforts`` (n_actuators,) in scene order."""
+        values = numbers(COMMAND, efforts)
+        if values.shape != (len(self.names),):
+            raise CommandError(
+                COMMAND,
+                f"{values.size} efforts for {len(self.names)} actuators ({self._known})",
+                "length",
+            )
+        return self._bounded(COMMAND, self._all, values)
+
+    def joint_order(self, names: Sequence[str], efforts: Sequence[float]) -> Order:
+        """Order for some actuators by name, ``efforts`` (len(names),)."""
+        if not names:
+            raise CommandError(JOINT_COMMAND, f"no names: expected some of {self._known}", "length")
+        if len(names) != len(efforts):
+            given = listed(names, write=bare)
+            raise CommandError(
+                JOINT_COMMAND, f"{len(efforts)} efforts for {len(names)} names ({given})", "length"
+            )
+        unknown = [name for name in names if name not in self._index]
+        if unknown:
+            raise CommandError(
+                JOINT_COMMAND,
+                f"unknown actuator {listed(unknown)}: expected some of {self._known}",
+                "name",
+            )
+        if len(set(names)) < len(names):
+            counts = Counter(names)
+            twice = listed((name for name in sorted(counts) if counts[name] > 1), write=bare)
+            raise CommandError(JOINT_COMMAND, f"actuator named more than once: {twice}", "twice")
+        channels = np.array([self._index[name] for name in names], dtype=np.intp)
+        values = numbers(JOINT_COMMAND, efforts)
+        if values.shape != channels.shape:
+            raise CommandError(
+                JOINT_COMMAND, f"efforts of shape {values.shape}: expected a list", "length"
+            )
+        return self._bounded(JOINT_COMMAND, channels, values)
+
+    def wrench_order(self, wrench: Sequence[float], frame: str = WORLD) -> Order:
+        """Order for the tip wrench (6,), moment N·m then force N; "world" dead, "tip" follower."""
+        values = numbers(EXTERNAL_WRENCH, wrench)
+        if values.shape != (6,):
+            raise CommandError(
+                EXTERNAL_WRENCH,
+                f"a wrench of shape {values.shape}: expected 3 moments and 3 forces",
+                "length",
+            )
+        if frame not in (WORLD, TIP):
+            raise CommandError(
+                EXTERNAL_WRENCH, f"wrench frame {shown(frame)}: expected {WORLD!r} or {TIP!r}"
+            )
+        labels = ("torque.x", "torque.y", "torque.z", "force.x", "force.y", "force.z")
+        require_finite(EXTERNAL_WRENCH, labels, values)
+        values, clamped = self.bounds.cut(values)
+        return Order(len(self.names) + np.arange(6), values, clamped, frame=frame)
+
+    def _bounded(self, topic: str, channels: np.ndarray, values: np.ndarray) -> Order:
+        lo, hi = self._limits[channels].T
+        cut = np.minimum(np.maximum(values, lo), hi)
+        if (cut == values).all() and not np.isinf(values).any():
+            return Order(channels, values)
+        names = [self.names[i] for i in channels]
+        require_finite(topic, names, values)
+        clamped = tuple(
+            f"{names[i]} = {values[i]:g} cut to {cut[i]:g}" for i in np.flatnonzero(cut != values)
+        )
+        return Order(channels, cut, clamped)
+
+    # Taking up.
+
+    def take(self, order: Order) -> None:
+        """Hold the values of ``order`` from the next `update` on; its timeout starts now."""
+        now = self.simulation.time_ns
+        # first what makes the next `update` look: an interrupt may come anywhere
+        if order.frame is None:
+            self._changed = True
+        else:
+            self._pushed = True
+        self._held[order.channels] = order.values
+        self._since[order.channels] = now
+        self._late[order.channels] = False
+        self._oldest = int(self._since.min())
+        if order.frame is not None:
+            self._frame = order.frame
+        self.last_order_ns = now
+
+    def command(self, efforts: Sequence[float] | np.ndarray) -> Order:
+        """Check and take up efforts for all actuators."""
+        order = self.effort_order(efforts)
+        self.take(order)
+        return order
+
+    def joint_command(self, names: Sequence[str], efforts: Sequence[float]) -> Order:
+        """Check and take up efforts for the actuators in ``names``."""
+        order = self.joint_order(names, efforts)
+        self.take(order)
+        return order
+
+    def wrench(self, wrench: Sequence[float], frame: str = WORLD) -> Order:
+        """Check and take up a tip wrench (6,), moment then force."""
+        order = self.wrench_order(wrench, frame)
+        self.take(order)
+        return order
+
+    # Time.
+
+    def update(self) -> int:
+        """Set the simulation's efforts and wrench for its present time.
+
+        Returns
+        -------
+        int
+            For how many steps they stay right, at least 1 (a huge number when nothing is due).
+        """
+        now, n = self.simulation.time_ns, len(self.names)
+        values, steps = self._held, _NEVER
+        if self._timeout_ns and self._oldest != _NEVER:
+            left = self._oldest + self._timeout_ns - now
+            if left < 0:
+                values = self._held.copy()
+                self._ramp(values, now)
+                steps = 1 if self._oldest != _NEVER else _NEVER
+            else:
+                steps = left // self.simulation.step_ns + 1
+        if self._changed:
+            self.simulation.set_efforts(values[:n])
+        if self._pushed:
+            self.simulation.set_tip_wrench(values[n:], self._frame)
+        self._changed = self._pushed = False
+        return steps
+
+    def advance(self, steps: int) -> None:
+        """Advance the simulation by ``steps``, with the right efforts in every step."""
+        steps = whole("steps", steps, 0, MOST_STEPS)
+        while steps > 0:
+            chunk = min(steps, self.update())
+            self.simulation.advance(chunk)
+            steps -= chunk
+
+    def reset(self) -> None:
+        """Go back to the initial state, safe efforts and no wrench; time goes on."""
+        self.simulation.reset()
+        self._clear()
+        self.update()
+
+    def withdraw(self) -> list[str]:
+        """Drop what is in force and keeps the arm from going on, and say what was dropped.
+
+        The wrench goes first; if there is none, all efforts become the safe ones. Nothing that
+        was tried with it leaves a trace in what follows. An empty list: nothing was in force.
+        """
+        n = len(self.names)
+        dropped = [EXTERNAL_WRENCH] if self._held[n:].any() else []
+        part = slice(n, None)
+        if not dropped:
+            part = slice(0, n)
+            moved = self._held[part] != self._safe[part]
+            dropped = [name for name, far in zip(self.names, moved, strict=True) if far]
+        if dropped:
+            self._held[part] = self._safe[part]
+            self._since[part] = _NEVER
+            self._late[part] = False
+            self._oldest = int(self._since.min())
+            self._changed = self._pushed = True
+            self.simulation.forget_attempts()
+            self.update()
+        return dropped
+
+    def take_events(self) -> list[tuple[int, str]]:
+        """Return what happened by itself since the last call, as (time in ns, text)."""
+        events, self._events = self._events, []
+        return events
+
+    def _clear(self) -> None:
+        self._held = self._safe.copy()
+        self._since = np.full(self._safe.shape, _NEVER, dtype=np.int64)
+        self._oldest = _NEVER  # the earliest of ``_since``
+        self._late: np.ndarray = np.zeros(self._safe.shape, dtype=bool)
+        self._frame = WORLD
+        self._changed = self._pushed = True  # efforts, wrench
+
+    def _ramp(self, values: np.ndarray, now: int) -> None:
+        """Move what is past its timeout at ``now`` towards its safe value, and say so once."""
+        due = self._since != _NEVER
+        late = np.where(due, now - np.where(due, self._since, 0) - self._timeout_ns, -_NEVER)
+        ramping = late > 0
+        fresh = ramping & ~self._late & (self._held != self._safe)
+        if fresh.any():
+            who = [name for name, new in zip(self.names, fresh, strict=False) if new]
+            if fresh[len(self.names) :].any():
+                who.append(EXTERNAL_WRENCH)
+            self._events.append((self.simulation.time_ns, "command_timeout: " + ", ".join(who)))
+        self._late = ramping
+        over = ramping & (late >= self._ramp_ns)
+        part = ramping & ~over
+        self._changed = self._pushed = True
+        values[part] += (late[part] / max(self._ramp_ns, 1)) * (self._safe - self._held)[part]
+        values[over] = self._safe[over]
+        self._held[over] = self._safe[over]
+        self._since[over] = _NEVER
+        self._oldest = int(self._since.min())
+        self._changed = self._pushed = True
+
+    def __copy__(self) -> Inputs:
+        """Return inputs of the same simulation that hold the same; later orders do not mix."""
+        new = object.__new__(type(self))
+        for name, value in vars(self).items():
+            own = isinstance(value, np.ndarray | list)
+            setattr(new, name, copy(value) if own else value)
+        return new

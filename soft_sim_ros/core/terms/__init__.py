@@ -1,0 +1,1 @@
+"""Forces beyond inertia, gravity and linear elasticity, one kernel file each."""
