@@ -16,8 +16,8 @@ from soft_sim_ros.core.backend.jit import (
     call_residual,
     call_tangent,
 )
-from soft_sim_ros.core.recursion import elimination as system
-from soft_sim_ros.core.recursion import rnea as sweep
+from soft_sim_ros.core.recursion import elimination
+from soft_sim_ros.core.recursion import rnea
 from soft_sim_ros.core.recursion import tangent
 from soft_sim_ros.core.settled import Simulation
 
@@ -68,27 +68,27 @@ def _solutions(where, count, model, matrix, x, kept):
 def _strains(count, model, data, q, v, a, r):
     q, v, a = bare(q), bare(v), bare(a)
     for _ in range(count):
-        sweep.strains(model, data, q, v, a)
+        rnea.strains(model, data, q, v, a)
 
 
 @numba.njit(error_model="numpy")
 def _kinematics(count, model, data, q, v, a, r):  # noqa: ARG001
     for _ in range(count):
-        sweep.kinematics(model, data)
+        rnea.kinematics(model, data)
 
 
 @numba.njit(error_model="numpy")
 def _project(count, model, data, q, v, a, r):  # noqa: ARG001
     r = bare(r)
     for _ in range(count):
-        sweep.project(model, data, r)
+        rnea.project(model, data, r)
 
 
 @numba.njit(error_model="numpy")
 def _internal(count, model, data, q, v, a, r):  # noqa: ARG001
     q, v, r = bare(q), bare(v), bare(r)
     for _ in range(count):
-        sweep.internal_forces(model, q, v, r)
+        rnea.internal_forces(model, q, v, r)
 
 
 PARTS = {
@@ -110,15 +110,15 @@ def units(simulation: Simulation) -> dict[str, tuple[Any, int, Callable[[int, in
     call_at = {
         "residual": int(problem.calls[0]),
         "tangent": int(problem.calls[1]),
-        "factor": address(system.factor, model, matrix),
-        "solve": address(system.solve, model, matrix, x),
+        "factor": address(elimination.factor, model, matrix),
+        "solve": address(elimination.solve, model, matrix, x),
     }
     _residuals(call_at["residual"], 1, model, data, *state)
     _tangents(call_at["tangent"], 1, model, data, alpha, matrix)
     kept, right = matrix.diagonal.copy(), work.residual.copy()
     return {
         "residual": (
-            sweep.inverse_dynamics,
+            rnea.inverse_dynamics,
             call_at["residual"],
             lambda at, count: _residuals(at, count, model, data, *state),
         ),
@@ -128,12 +128,12 @@ def units(simulation: Simulation) -> dict[str, tuple[Any, int, Callable[[int, in
             lambda at, count: _tangents(at, count, model, data, alpha, matrix),
         ),
         "factor": (
-            system.factor,
+            elimination.factor,
             call_at["factor"],
             lambda at, count: _factors(at, count, model, matrix, kept),
         ),
         "solve": (
-            system.solve,
+            elimination.solve,
             call_at["solve"],
             lambda at, count: _solutions(at, count, model, matrix, x, right),
         ),

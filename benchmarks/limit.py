@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from soft_sim_ros.core.integrators import advance, dirk, newton
-from soft_sim_ros.core.recursion import rnea as sweep
+from soft_sim_ros.core.recursion import rnea
 from soft_sim_ros.core.recursion import tangent
 from soft_sim_ros.core.settled import Simulation
 
@@ -103,7 +103,7 @@ def counted_steps(simulation: Simulation, counters: Counters, steps: int = 10) -
     """Return what a step executes, all kernels together, and how many evaluations it takes."""
     calls, entry = simulation._problem.calls, simulation._entry
     original, first = calls.copy(), entry._advance
-    kinds = (sweep.inverse_dynamics, tangent.tangent, newton.solve_stage)
+    kinds = (rnea.inverse_dynamics, tangent.tangent, newton.solve_stage)
     copies = [counters.of(kind, int(at)) for kind, at in zip(kinds, original, strict=False)]
     copies += [
         counters.of(dirk.dirk_step, int(original[4])),

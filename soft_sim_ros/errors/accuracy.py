@@ -38,7 +38,7 @@ class SearchSpent(ToleranceMissed):
     Parameters
     ----------
     file, tolerance, estimate, finest, holds : as for ToleranceMissed, of what was tried so far
-    limit : of the work of all runs of the search (core/search.py)
+    limit : of the work of all runs of the search (core/accuracy/search.py)
     """
 
     def __init__(

@@ -17,8 +17,8 @@ SCRIPT = """
 import json, os, sys, warnings
 import numpy as np
 from soft_sim_ros.core import se3
-from soft_sim_ros.core.kernels import together
-from soft_sim_ros.core.kernels.jit import signature_of
+from soft_sim_ros.core.backend import together
+from soft_sim_ros.core.backend.jit import signature_of
 
 os.sched_getaffinity = lambda _: {0, 1}
 sys.executable = sys.argv[1]
@@ -89,7 +89,7 @@ def test_ctrl_c_ends_the_helpers_too(tmp_path):
     code = """
 import os, sys
 os.sched_getaffinity = lambda _: {0, 1}
-from soft_sim_ros.core.kernels import together
+from soft_sim_ros.core.backend import together
 together.listeners.append(lambda name: print(name, flush=True))
 from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.scene import load_scene

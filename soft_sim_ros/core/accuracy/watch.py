@@ -32,7 +32,7 @@ class WatchedInputs(Inputs):
 
     Attributes
     ----------
-    companion : the finer simulation (core/contract.py), of the same steps
+    companion : the finer simulation (core/accuracy/contract.py), of the same steps
     error_rel : estimate of the tip's largest error since the last reset, over the length; infinite
         from where the companion gave up
     error_rad : the same of the tip's orientation, in rad
