@@ -16,9 +16,7 @@ from soft_sim_ros.core.backend.jit import (
     call_residual,
     call_tangent,
 )
-from soft_sim_ros.core.recursion import elimination
-from soft_sim_ros.core.recursion import rnea
-from soft_sim_ros.core.recursion import tangent
+from soft_sim_ros.core.recursion import elimination, rnea, tangent
 from soft_sim_ros.core.settled import Simulation
 
 from .counting import Counted

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from soft_sim_ros.core.integrators import advance, dirk, newton
-from soft_sim_ros.core.recursion import rnea
-from soft_sim_ros.core.recursion import tangent
+from soft_sim_ros.core.recursion import rnea, tangent
 from soft_sim_ros.core.settled import Simulation
 
 from . import machine, peak

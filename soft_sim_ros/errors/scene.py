@@ -6,7 +6,7 @@ from .base import SoftSimError
 
 
 class SceneError(SoftSimError):
-    """A scene says something that cannot be simulated, or says it in words nobody knows.
+    """A scene has a key or a value that is unknown, wrong, or cannot be simulated.
 
     Parameters
     ----------

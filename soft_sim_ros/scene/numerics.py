@@ -63,9 +63,9 @@ class Numerics:
 
     Without a ``newton_tolerance`` Newton's method follows the error of the integrator. With a
     ``tolerance``, of the tip's position over the arm's length, and one of its ``orientation`` in
-    rad, what is ``free`` has yet to be chosen (core/accuracy/contract.py) and stands here with its default;
-    ``trust`` is what the distance to a companion is then multiplied by (core/accuracy/convergence.py).
-    Without any numerics, all is free (core/accuracy/unwritten.py). ``written`` has the keys that the scene's
+    rad, what is ``free`` has yet to be chosen (contract.py) and stands here with its default;
+    ``trust`` is what the distance to a companion is then multiplied by (convergence.py).
+    Without any numerics, all is free (unwritten.py). ``written`` has the keys that the scene's
     author wrote.
     ``rods`` has one Basis for every rod, with orders for its active strains only: ``basis`` with
     the overrides of that rod put in.

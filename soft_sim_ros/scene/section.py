@@ -111,7 +111,7 @@ class Section:
         tilt, turn = self.model.rotary
         return inertia * [True, turn, tilt, tilt]
 
-    def drag(self, x: Floats) -> Floats:
+    def mass_damping(self, x: Floats) -> Floats:
         """Return (…, 4) Rayleigh's α times the inertia: kg/(m·s) and kg·m/s."""
         return self.material.mass_damping * self.inertia(x)
 

@@ -1,4 +1,4 @@
-"""Four numbers of four segments side by side, in one register: what a segment needs alone.
+"""Four numbers of four segments side by side, in one register.
 
 Most of what a sweep computes of a segment — its exponential, its tangent map, the force dual to
 it — knows nothing of its neighbours. A value of type ``Lanes`` holds one number of four of them,

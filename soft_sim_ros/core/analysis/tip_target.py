@@ -119,7 +119,7 @@ class Task:
 
     def slack(self, point: Point) -> dict[int, float]:
         """Return the slack ones of the tendons of commanded length → where they are just taut."""
-        length = np.flatnonzero(self.dynamics.model.winch[:, 0])
+        length = np.flatnonzero(self.dynamics.model.length_control[:, 0])
         if not len(length):
             return {}
         taut = self.dynamics.ports(point.q, np.zeros(len(point.q)))[0]

@@ -110,7 +110,7 @@ _recent: dict[int, tuple[Any, Packed]] = {}
 
 
 def packed(value: Any) -> Packed:
-    """Return a struct packed, now or lately."""
+    """Return a struct as packed words; the last RECENT ones are kept for the next call."""
     found = _recent.get(id(value))
     if found is not None and found[0] is value:
         return found[1]

@@ -41,7 +41,7 @@ class Chain:
     def __init__(self) -> None:
         self.segments: list[Segment] = []
         self.inertia: list[Floats] = [np.zeros(4)]
-        self.drag: list[Floats] = [np.zeros(4)]  # Rayleigh's α times the inertia of the rods
+        self.mass_damping: list[Floats] = [np.zeros(4)]  # α times the inertia of rods
         self.blocks: list[Block] = []
         self.names: list[str] = []
         self.rods: dict[str, RodMap] = {}
@@ -70,12 +70,12 @@ class Chain:
         return sum(span.length for span in self.spans if span.first_node < node)
 
     def add(
-        self, segment: Segment, inertia: Floats | None = None, drag: Floats | None = None
+        self, segment: Segment, inertia: Floats | None = None, damping: Floats | None = None
     ) -> None:
         """Append a segment and the node after it."""
         self.segments.append(segment)
         self.inertia.append(np.zeros(4) if inertia is None else inertia.copy())
-        self.drag.append(np.zeros(4) if drag is None else drag.copy())
+        self.mass_damping.append(np.zeros(4) if damping is None else damping.copy())
 
     def rigid(self, pose: Pose) -> None:
         """Append a rigid offset, unless it is the identity."""
@@ -236,11 +236,11 @@ class Chain:
             s[-1] = end
             weights = ((end - begin) * weights)[:, None]
             lumped = element.section.inertia(element.normalised(s)) * weights
-            drag = element.section.drag(element.normalised(s)) * weights
+            damping = element.section.mass_damping(element.normalised(s)) * weights
             self.inertia[-1] += lumped[0]
-            self.drag[-1] += drag[0]
+            self.mass_damping[-1] += damping[0]
             for k in range(len(s) - 1):
-                self.add(element.step(s[k], s[k + 1]), lumped[k + 1], drag[k + 1])
+                self.add(element.step(s[k], s[k + 1]), lumped[k + 1], damping[k + 1])
 
 
 class Outline(Chain):

@@ -41,28 +41,28 @@ def append_link(chain: Chain, link: FlexibleLink, loads: Sequence[Load] = ()) ->
     own = LinkMap(link, modes, columns, first, [first], rest, shift)
     chain.links[link.name] = own
     turns: list[tuple[Floats, Floats, float]] = []
-    for drag, s, inertia in _distributions(link.rod):
+    for damping, s, inertia in _distributions(link.rod):
         turn, moved = modes.fields(s)
         mass, at = concentrated(np.column_stack([s, moved.reshape(len(s), -1)]), inertia[:, 0], s)
         frame = inertia.sum(axis=0)
         frame[0] -= mass.sum()
         for amount, value in zip(mass, at, strict=True):
-            _shift_to(chain, own, value, np.array([amount, 0.0, 0.0, 0.0]), drag)
+            _shift_to(chain, own, value, np.array([amount, 0.0, 0.0, 0.0]), damping)
         if link.rotary_inertia:
             for moments, how in _turning(turn, inertia[:, 1:], s):
-                turns.append((how, moments, drag))
+                turns.append((how, moments, damping))
                 frame[1:] -= moments
         # what the nodes do not have moves with the frame; never less than nothing
         frame = np.maximum(frame, 0.0)
         chain.inertia[first] += frame
-        chain.drag[first] += drag * frame
+        chain.mass_damping[first] += damping * frame
     for load in loads:
         own.loaded[load.name] = _bearers(chain, own, load)
     turn, moved = (field_[0] for field_ in modes.fields(np.array([own.length])))
     _shift_to(chain, own, np.concatenate([[own.length], moved.ravel()]), np.zeros(4), 0.0)
     chain.segments[-1].span = (0.0, own.length)
-    for how, moments, drag in turns:
-        _turn_to_and_fro(chain, own, how, np.array([0.0, *moments]), drag)
+    for how, moments, damping in turns:
+        _turn_to_and_fro(chain, own, how, np.array([0.0, *moments]), damping)
     chain.add(_linear(columns, 0, turn))
     chain.frames[link.name] = chain.node
     for load in loads:
@@ -70,19 +70,21 @@ def append_link(chain: Chain, link: FlexibleLink, loads: Sequence[Load] = ()) ->
             own.loaded[load.name] = [(chain.node, 1.0)]
 
 
-def _shift_to(chain: Chain, own: LinkMap, value: Floats, inertia: Floats, drag: float) -> None:
+def _shift_to(chain: Chain, own: LinkMap, value: Floats, inertia: Floats, damping: float) -> None:
     """Append a shift from the last node to X + Φ q, ``value`` being X and Φ (3, m) in a row."""
     rest, how = np.array([value[0], 0.0, 0.0]), value[1:].reshape(3, -1)
     step = _linear(own.columns, 3, how - own.shift[-1])
     step.xi0[:, 3:] = rest - own.rest[-1]
-    chain.add(step, inertia, drag * inertia)
+    chain.add(step, inertia, damping * inertia)
     own.nodes.append(chain.node)
     own.rest, own.shift = np.vstack([own.rest, [rest]]), np.vstack([own.shift, [how]])
 
 
-def _turn_to_and_fro(chain: Chain, own: LinkMap, how: Floats, inertia: Floats, drag: float) -> int:
+def _turn_to_and_fro(
+    chain: Chain, own: LinkMap, how: Floats, inertia: Floats, damping: float
+) -> int:
     """Append a node that turns by how (3, m) q, and the way back; return the node."""
-    chain.add(_linear(own.columns, 0, how), inertia, drag * inertia)
+    chain.add(_linear(own.columns, 0, how), inertia, damping * inertia)
     node = chain.node
     chain.add(_linear(own.columns, 0, -how))
     return node
@@ -152,6 +154,6 @@ def _distributions(rod: Rod) -> list[tuple[float, Floats, Floats]]:
         own = parts.setdefault(section.material.mass_damping, [])
         own.append((begin + section.length * x, inertia))
     out = []
-    for drag, part in parts.items():
-        out.append((drag, np.concatenate([s for s, _ in part]), np.vstack([i for _, i in part])))
+    for damping, part in parts.items():
+        out.append((damping, np.concatenate([s for s, _ in part]), np.vstack([i for _, i in part])))
     return out

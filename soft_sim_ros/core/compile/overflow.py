@@ -18,7 +18,7 @@ SOURCES = {
     "xi0": ("a reference strain", "bodies"),
     "entry_phi": ("a trial function", "numerics.basis"),
     "inertia": ("a mass or a moment of inertia", "bodies"),
-    "drag": ("a mass or a moment of inertia times rayleigh.mass", "materials"),
+    "mass_damping": ("a mass or a moment of inertia times rayleigh.mass", "materials"),
     "stiffness": ("a stiffness", "materials"),
     "damping": ("a damping", "materials"),
     "branch": ("the stiffness of a Maxwell branch", "materials"),
@@ -30,7 +30,7 @@ SOURCES = {
     "port_gain": ("the gain of an actuator", "actuators"),
     "tendon_path": ("the path of a tendon or a chamber", "actuators"),
     "tendon_rest": ("the length of a tendon or a chamber", "actuators"),
-    "winch": ("the stiffness or damping of a tendon", "actuators"),
+    "length_control": ("the stiffness or damping of a tendon", "actuators"),
     "friction": ("the friction of a tendon", "actuators"),
     "wrench": ("a wrench on a node", "loads"),
 }

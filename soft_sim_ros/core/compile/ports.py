@@ -46,7 +46,7 @@ def flat_ports(scene: Scene, chain: Chain) -> dict[str, NDArray[Any]]:
     rest = floats([_rest_length(chain, path) for path in paths])
     # what a tendon stretches by is all of it, also what lies between its rods and never changes
     whole = rest + [_between(chain, actuator) for actuator in actuators]
-    friction, winch = np.zeros((len(actuators), 3)), np.zeros((len(actuators), 2))
+    friction, length_control = np.zeros((len(actuators), 3)), np.zeros((len(actuators), 2))
     gain, columns = np.zeros(len(actuators)), [0]
     for i, actuator in enumerate(actuators):
         count = 0
@@ -54,7 +54,10 @@ def flat_ports(scene: Scene, chain: Chain) -> dict[str, NDArray[Any]]:
             gain[i] = actuator.area
         if isinstance(actuator, TendonActuator):
             gain[i] = -1.0
-            winch[i] = actuator.axial_stiffness / whole[i], actuator.axial_damping / whole[i]
+            length_control[i] = (
+                actuator.axial_stiffness / whole[i],
+                actuator.axial_damping / whole[i],
+            )
             count += actuator.control == "length"
             if actuator.friction:
                 friction[i] = actuator.friction, actuator.slip_speed, STRAIGHT / rest[i]
@@ -69,7 +72,7 @@ def flat_ports(scene: Scene, chain: Chain) -> dict[str, NDArray[Any]]:
         "tendon_path": floats([d for path in paths for _, d in path]).reshape(-1, 2, 3, 3),
         "tendon_rest": rest,
         "tendon_gain": gain,
-        "winch": winch,
+        "length_control": length_control,
         "friction": friction,
         "couple_ptr": ints(columns),
     }

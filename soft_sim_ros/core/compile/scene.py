@@ -169,7 +169,7 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
         branch=law[4],
         branch_time=floats(chain.branch_time() if len(law[4]) else []),
         fibres=flatten_fibres(chain, seg_block),
-        drag=floats(chain.drag if np.any(chain.drag) else np.zeros((0, 4))),
+        mass_damping=floats(chain.mass_damping if np.any(chain.mass_damping) else np.zeros((0, 4))),
         weight=weights(chain, length),
         **flat_ports(scene, chain),
         chart=ints(chain.charts),

@@ -1,6 +1,6 @@
 """Many steps in one call.
 
-Load switches hit exactly, failed steps retried smaller, nothing accepted by hope.
+Switching times of loads are hit exactly, and steps that fail are tried again in smaller ones.
 """
 
 from soft_sim_ros.core.backend.jit import call_step, call_uphold, kernel, unit

@@ -35,7 +35,7 @@ def actuator_work(model, held, state):
     """Return the work of the actuators in J up to the port positions in ``state``."""
     work = state.account[BOOKED]
     for i in range(len(held.effort)):
-        if model.winch[i, 0] == 0.0:  # a winch that holds a length does no work
+        if model.length_control[i, 0] == 0.0:  # what holds a length does no work
             work += held.effort[i] * (state.position[i] - state.settled[i])
     return work
 
@@ -85,7 +85,7 @@ def hold(problem, efforts):
     for i in range(len(efforts)):
         state.settled[i] = state.position[i]
         held.effort[i] = data.effort[i] = efforts[i]
-    # a winch that jumps stretches its tendon
+    # a commanded length that jumps stretches its tendon
     state.account[BOOKED] += tendon_energy(model, data) - stored
     problem.work.restart[0] = 1
     return True

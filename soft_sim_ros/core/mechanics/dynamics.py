@@ -101,14 +101,14 @@ class Dynamics(Equations):
     def damping_matrix(self, q: Floats | None = None) -> Floats:
         """Return R (n, n) at q, by default the reference shape: C (1.36), projected with Φᵀ.
 
-        It is ∫ Φᵀ Γ Φ ds, joint damping and Rayleigh's drag Σ Jᵀ D J, which alone depends on q.
+        It is ∫ Φᵀ Γ Φ ds, joint damping and mass damping Σ Jᵀ D J, which alone depends on q.
         """
         out = self._law(self.model.damping)
         q = self._zero if q is None else self.coordinates(q)
-        if len(self.model.drag):
+        if len(self.model.mass_damping):
             jacobian = self.jacobians(q, self._zero)[0]
-            for own, drag in zip(jacobian, self.model.drag, strict=True):
-                out += own.T @ (drag[[1, 2, 3, 0, 0, 0], None] * own)
+            for own, damping in zip(jacobian, self.model.mass_damping, strict=True):
+                out += own.T @ (damping[[1, 2, 3, 0, 0, 0], None] * own)
         return out
 
     def branch_matrix(self) -> Floats:
@@ -121,7 +121,7 @@ class Dynamics(Equations):
         """Return g(q) = ∂V_gravity/∂q (n,): C (1.34)."""
         data = self.forcing()
         data.active[:] = 0
-        data.effort[self.model.winch[:, 0] != 0.0] = -np.inf  # slack
+        data.effort[self.model.length_control[:, 0] != 0.0] = -np.inf  # slack
         return self.residual(q, self._zero, self._zero, data) - self.elastic_force(q)
 
     def effort_matrix(self, q: Floats, efforts: Floats | None = None) -> Floats:
@@ -132,7 +132,7 @@ class Dynamics(Equations):
         """
         level = vector_or_zeros("efforts", efforts, self.actuators)
         still = self.residual(q, self._zero, self._zero, self.forcing(level))
-        length = self.model.winch[:, 0] != 0.0
+        length = self.model.length_control[:, 0] != 0.0
         size = np.where(length, 1e-6, 1.0)
         columns = [
             (still - self.residual(q, self._zero, self._zero, self.forcing(level + move)))

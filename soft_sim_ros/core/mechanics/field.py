@@ -107,7 +107,7 @@ class Field(NamedTuple):
     twist: Floats  # (N, 6) η
     acceleration: Floats  # (N, 6) η̇
     wrench: Floats  # (N, 6) Λ: section law and actuators
-    load: Floats  # (N, 6) F per length: weight, distributed loads, Rayleigh's drag
+    load: Floats  # (N, 6) F per length: weight, distributed loads, mass damping
     inertia: Floats  # (N, 6) diagonal of 𝓜
 
 

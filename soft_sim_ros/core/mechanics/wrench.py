@@ -88,9 +88,9 @@ def _density(
     # mass and principal moments as factors of M and N
     spread = [1, 2, 3, 0, 0, 0]
     inertia = element.section.inertia(element.normalised(s))[:, spread]
-    drag = element.section.drag(element.normalised(s))[:, spread]
+    damping = element.section.mass_damping(element.normalised(s))[:, spread]
     eta, acc = data.eta[at], data.acc[at]
-    out: Floats = inertia * acc + drag * eta
+    out: Floats = inertia * acc + damping * eta
     out[:, :3] += np.cross(eta[:, :3], inertia[:, :3] * eta[:, :3])
     out[:, 3:] += inertia[:, 3:] * np.cross(eta[:, :3], eta[:, 3:])
     rotation = data.rotation[at].reshape(-1, 3, 3)

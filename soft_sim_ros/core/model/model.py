@@ -61,7 +61,7 @@ class Model(NamedTuple):
     branch: Floats  # … stiffness of Maxwell branches; (0,) without
     branch_time: Floats  # (n,) their relaxation times in s; (0,) without
     fibres: Fibres  # what is not linear in the elasticity of the rods
-    drag: Floats  # (S + 1, 4) Rayleigh's α times the inertia of the rods; (0, 4) without
+    mass_damping: Floats  # (S + 1, 4) Rayleigh's α times the inertia of the rods; (0, 4) without
     # (n,) displacement of the tip per unit coordinate over the arm's length: Newton's norm
     weight: Floats
     port_ptr: Ints  # (A + 1,) linear part of the actuators: dq-columns …
@@ -72,7 +72,9 @@ class Model(NamedTuple):
     tendon_path: Floats  # (P, 2, 3, 3) [Gauss point][d, d', d''] in the section frame, m, 1, 1/m
     tendon_rest: Floats  # (A,) length in the reference shape, m
     tendon_gain: Floats  # (A,) port position per lengthening: −1 (tendon), its area in m² (chamber)
-    winch: Floats  # (A, 2) N/m and N·s/m of a tendon whose length is commanded; 0: its tension is
+    length_control: (
+        Floats  # (A, 2) N/m and N·s/m of a tendon whose length is commanded; 0: its tension is
+    )
     friction: Floats  # (A, 3) coefficient, slip speed in m/s, curvature in 1/m that counts as none
     couple_ptr: Ints  # (A + 1,) columns by which an actuator ties blocks together
     chart: Ints  # (C,) first coordinate of every rotation vector (spherical joints, free base)

@@ -140,7 +140,9 @@ def uphold(model, data, work, h, q, v):
     compile or call this.
     """
     q, v = bare(q), bare(v)
-    free = len(model.free) > 0 and len(model.drag) == 0  # drag is a force from outside
+    free = (
+        len(model.free) > 0 and len(model.mass_damping) == 0
+    )  # mass damping is a force from outside
     if h == 0.0:
         if free:
             momentum(model, data, q, v, work.zero, work.momentum[0])

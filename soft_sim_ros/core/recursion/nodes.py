@@ -18,7 +18,7 @@ from soft_sim_ros.core.algebra.maps import keep_blocks
 from soft_sim_ros.core.algebra.simd import four, lanes_of, nine, six, three
 from soft_sim_ros.core.algebra.spaces import axial_of, polar_of, rotation_of, size_of, twist_of
 from soft_sim_ros.core.backend.jit import algebra
-from soft_sim_ros.core.terms.mass_damping import drag_matrices
+from soft_sim_ros.core.terms.mass_damping import damping_matrices
 
 
 @algebra
@@ -73,10 +73,12 @@ def node_matrices(model, data, rows, out, here):
     pushed = lanes_of(madd(arm_rate, mscale(-1.0, hn)))
     swung = lanes_of(mscale(-1.0, madd(arm_rate, hn)))
     dragged = lanes_of(none)
-    if len(model.drag) > 0:
-        drag_angular, drag_arm, drag_mass = drag_matrices(four(model.drag, rows, 0), rotation, p)
-        turned, pushed = madd(turned, drag_angular), madd(pushed, drag_arm)
-        swung, dragged = madd(swung, mscale(-1.0, drag_arm)), lanes_of(drag_mass)
+    if len(model.mass_damping) > 0:
+        damping_angular, damping_arm, damping_mass = damping_matrices(
+            four(model.mass_damping, rows, 0), rotation, p
+        )
+        turned, pushed = madd(turned, damping_angular), madd(pushed, damping_arm)
+        swung, dragged = madd(swung, mscale(-1.0, damping_arm)), lanes_of(damping_mass)
     size = 8 * size_of(space)
     keep_blocks(space, out, here, 0, (angular, arm, mscale(-1.0, arm), spherical(mass)))
     keep_blocks(space, out, here, size, (turned, pushed, swung, dragged))

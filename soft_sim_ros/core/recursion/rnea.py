@@ -45,7 +45,7 @@ from soft_sim_ros.core.algebra.spaces import (
 from soft_sim_ros.core.backend.jit import algebra, bare, kernel, unit
 from soft_sim_ros.core.terms.actuators import actuation
 from soft_sim_ros.core.terms.fibres import fibre_forces
-from soft_sim_ros.core.terms.mass_damping import drag_wrench
+from soft_sim_ros.core.terms.mass_damping import damping_wrench
 
 
 @kernel
@@ -164,8 +164,8 @@ def node_wrench(model, data, k):
     """Return inertial minus external wrench of node k in its own frame, as N + εM."""
     space = model.space
     force, moment = wrench_of(space, data.wrench[k])
-    if len(model.drag) > 0:
-        pull, twist = drag_wrench(model, k, twist_of(space, data.eta[k]))
+    if len(model.mass_damping) > 0:
+        pull, twist = damping_wrench(model, k, twist_of(space, data.eta[k]))
         force, moment = add(force, pull), add(moment, twist)
     if data.active[0] != 0:
         rotation, dead = rotation_of(space, data.rotation[k]), wrench_of(space, data.dead[k])

@@ -104,7 +104,7 @@ def tendon_tangent(model, data, i, alpha, system):
                 for col in range(m):
                     block[row, col] += added[row, col]
     if rubs:
-        if model.winch[i, 0] != 0.0:
+        if model.length_control[i, 0] != 0.0:
             column += 1
         capstan_tangent(model, data, i, alpha, column, system)
 
@@ -113,7 +113,7 @@ def tendon_tangent(model, data, i, alpha, system):
 def actuator_loss(model, data):
     """Return the power in W that tendons turn into heat, at the last sweep."""
     if model.couple_ptr[-1] == 0 and len(data.station) == 0:
-        return 0.0  # neither a winch nor friction
+        return 0.0  # neither a commanded length nor friction
     return tendon_loss(model, data)
 
 
@@ -122,7 +122,7 @@ def tendon_loss(model, data):
     """Return ``actuator_loss`` where there may be some."""
     total = 0.0
     for i in range(len(model.tendon_ptr) - 1):
-        if model.winch[i, 0] != 0.0:
+        if model.length_control[i, 0] != 0.0:
             total += stretch_loss(model, data, i)
         if model.friction[i, 0] != 0.0:
             total += capstan(model, data, i, pull(model, data, i)[0])
@@ -154,6 +154,6 @@ def port_motion(model, data, q, v, position, velocity, effort):
             length, speed = tendon_motion(model, data, i)
             x += model.tendon_gain[i] * (length - model.tendon_rest[i])
             rate += model.tendon_gain[i] * speed
-        if model.winch[i, 0] != 0.0:
+        if model.length_control[i, 0] != 0.0:
             effort[i] = pull(model, data, i)[0]
         position[i], velocity[i] = x, rate

@@ -3,7 +3,7 @@
 from soft_sim_ros.core.backend.jit import bare, kernel, unit
 
 from .actuators import actuator_loss
-from .mass_damping import drag_power
+from .mass_damping import mass_damping_power
 from .maxwell import branch_power
 
 
@@ -108,9 +108,9 @@ def load_power(model, data):
 
 @kernel
 def damping_power(model, data, v):
-    """Return q̇ᵀ R q̇ in W, Rayleigh's drag and what tendons lose as of the last sweep."""
+    """Return q̇ᵀ R q̇ in W, mass damping and what tendons lose as of the last sweep."""
     total = actuator_loss(model, data)
     for i in range(len(model.law_ptr) - 1):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             total += v[i] * model.damping[e] * v[model.law_col[e]]
-    return total + drag_power(model, data) + branch_power(model, v)
+    return total + mass_damping_power(model, data) + branch_power(model, v)

@@ -18,15 +18,15 @@ from soft_sim_ros.core.backend.jit import kernel
 
 
 @kernel
-def drag_wrench(model, k, eta):
+def damping_wrench(model, k, eta):
     """Return force and moment in N, N·m that resist the body twist eta of node k."""
-    d = model.drag[k]
+    d = model.mass_damping[k]
     return scale(d[0], eta[1]), (d[1] * eta[0][0], d[2] * eta[0][1], d[3] * eta[0][2])
 
 
 @kernel
-def drag_matrices(d, rotation, p):
-    """Return the angular, arm and linear 3x3 blocks of D in the base frame; d of model.drag.
+def damping_matrices(d, rotation, p):
+    """Return the angular, arm and linear 3x3 blocks of D in the base frame; d: a row of the model.
 
     They act on the rate of a variation: the body twist varies by the body components of ζ̇
     (theory.md), so no other term is left.
@@ -48,11 +48,11 @@ def drag_matrices(d, rotation, p):
 
 
 @kernel
-def drag_power(model, data):
+def mass_damping_power(model, data):
     """Return Σ ηᵀ D η in W at the last sweep."""
     total = 0.0
-    for k in range(len(model.drag)):
+    for k in range(len(model.mass_damping)):
         for c in range(3):
-            total += model.drag[k, 1 + c] * data.eta[k, c] ** 2
-            total += model.drag[k, 0] * data.eta[k, 3 + c] ** 2
+            total += model.mass_damping[k, 1 + c] * data.eta[k, c] ** 2
+            total += model.mass_damping[k, 0] * data.eta[k, 3 + c] ** 2
     return total

@@ -58,7 +58,7 @@ def pull(model, data, i):
     The effort itself (of a chamber: −pressure × area), or, of a tendon whose length is commanded,
     max(0, k e + c ė) with the elongation e = ℓ − (ℓ₀ − what is pulled in): a tendon cannot push.
     """
-    stiffness, damping = model.winch[i, 0], model.winch[i, 1]
+    stiffness, damping = model.length_control[i, 0], model.length_control[i, 1]
     if stiffness == 0.0:
         return -model.tendon_gain[i] * data.effort[i], 0.0, 0.0
     length, rate = tendon_motion(model, data, i)
@@ -71,21 +71,21 @@ def pull(model, data, i):
 @kernel
 def stretch_energy(model, data, i):
     """Return the energy in J stored in a tendon whose length is commanded."""
-    if model.winch[i, 0] == 0.0:
+    if model.length_control[i, 0] == 0.0:
         return 0.0
     length, _ = tendon_motion(model, data, i)
     elongation = max(0.0, length - model.tendon_rest[i] + data.effort[i])
-    return 0.5 * model.winch[i, 0] * elongation**2
+    return 0.5 * model.length_control[i, 0] * elongation**2
 
 
 @kernel
 def stretch_loss(model, data, i):
     """Return the power in W that such a tendon turns into heat by stretching: never negative."""
-    if model.winch[i, 0] == 0.0:
+    if model.length_control[i, 0] == 0.0:
         return 0.0
     length, rate = tendon_motion(model, data, i)
     elongation = max(0.0, length - model.tendon_rest[i] + data.effort[i])
-    return (pull(model, data, i)[0] - model.winch[i, 0] * elongation) * rate
+    return (pull(model, data, i)[0] - model.length_control[i, 0] * elongation) * rate
 
 
 @kernel
