@@ -2,8 +2,8 @@
 
 The contract. A method is one file in ``integrators/`` with one function ``step(at, t, h)``
 that brings ``State.q``, ``State.v`` and ``State.ledger`` (dissipated energy, work of loads) of the
-Problem at address ``at`` from time t to t + h in s and returns CONVERGED, or leaves all three as they are and
-returns one of newton.REASONS. It is called from ``integrators/advance.py``, and
+Problem at address ``at`` from time t to t + h in s and returns CONVERGED, or leaves all three as
+they are and returns one of newton.REASONS. It is called from ``integrators/advance.py``, and
 
 * finds accelerations with ``call_stage``, nothing else: r(q, q̇, q̈) = 0 at q = q* + c_q q̈, q̇ = q̇*
   + c_v q̈, by Newton's method on the analytic tangent, which also counts evaluations of the residual
