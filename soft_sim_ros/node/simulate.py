@@ -19,6 +19,7 @@ from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
 from soft_sim_ros.node.executor import make_executor
+from soft_sim_ros.node.markers import Markers
 from soft_sim_ros.node.parameter_files import passed_over
 from soft_sim_ros.node.parameters import ParameterError, Settings, declare, on_change
 from soft_sim_ros.node.physics import Physics
@@ -33,7 +34,15 @@ from soft_sim_ros.node.summary import summarise, write_summary
 from soft_sim_ros.node.tip_frame import TipFrame
 from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import EVENTS, INPUTS, OUTPUTS, Topic, output_topics, topic
+from soft_sim_ros.recording.topics import (
+    EVENTS,
+    INPUTS,
+    OUTPUTS,
+    VIEWS,
+    Topic,
+    output_topics,
+    topic,
+)
 from soft_sim_ros.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -93,7 +102,8 @@ def _check_qualities(node: Node, settings: Settings) -> None:
     """Refuse overrides of qualities of service, of what will be published and subscribed to."""
     clock = ["/clock"] if settings.publish_clock else []
     published = [name for name, _, _ in (*OUTPUTS.values(), *EVENTS.values())]
-    check_overrides(node, published + clock, [name for name, _, _ in INPUTS.values()])
+    views = [name for name, _, _ in VIEWS.values()] if settings.marker_rate else []
+    check_overrides(node, published + views + clock, [name for name, _, _ in INPUTS.values()])
 
 
 class Arm:
@@ -125,6 +135,12 @@ class Arm:
                 settings.publish_clock,
             )
             self._subscriptions = [self._subscribe(one) for one in inputs]
+            self.markers: Markers | None = None
+            if settings.marker_rate:
+                self.markers = Markers(
+                    node, settings.frame_id, settings.marker_rate, lambda: self.physics.paused
+                )
+                self.publishers.after_tick.append(self.markers.send)
         if settings.publish_tf:
             tip = TipFrame(node, settings.frame_id, lambda: self.telemetry.tip_pose())
             self.publishers.after_tick.append(tip.send)
@@ -148,6 +164,8 @@ class Arm:
             ),
         )
         self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
+        if self.markers is not None:
+            self.markers.show(self.simulation)
         self.gate = Gate(
             self.inputs, settings.frame_id, lambda *order: self.physics.submit(*order), self._warn
         )
