@@ -103,7 +103,7 @@ setup(
     maintainer_email="maintainer@example.org",
     license="Apache-2.0",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={"": ["py.typed", "*.html", "*.css", "*.js", "*.json"]},
+    package_data={"": ["py.typed", "*.html", "*.css", "*.js", "*.json", "*.txt"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

@@ -12,7 +12,8 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from numpy.typing import NDArray
 
 from soft_sim_ros.recording.reader import Run
-from soft_sim_ros.report.style import FAINT, INK, TIME_COLOURS, shown, stride
+from soft_sim_ros.report.numbers import drawable
+from soft_sim_ros.report.style import FAINT, INK, TIME_COLOURS, stride
 
 SNAPSHOTS = 28
 _AXES = "xyz"
@@ -58,14 +59,6 @@ def motion(run: Run, snapshots: int = SNAPSHOTS) -> Figure:
     bar.set_label("time (s)")
     bar.outline.set_visible(False)
     return figure
-
-
-def drawable(run: Run) -> NDArray:
-    """Tell which backbones (T,) can be drawn: all of their positions are numbers, and sane ones."""
-    positions = run.backbone.positions
-    if not positions.size:
-        return np.zeros(len(run.backbone), bool)
-    return np.isfinite(shown(positions)).all(axis=(1, 2))
 
 
 def _box(points: NDArray) -> tuple[NDArray, NDArray]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from soft_sim_ros.scene import Rod
+from soft_sim_ros.scene import FlexibleLink, Rod, Scene
 from soft_sim_ros.scene.actuator import ChamberActuator, TendonActuator
 from soft_sim_ros.scene.cross_section import Annulus, Circle, CrossSection, Ellipse, Rectangle
 from soft_sim_ros.scene.section import Section
@@ -115,3 +115,25 @@ def _pitch(stretch: Stretch) -> float:
     if isinstance(stretch.path, TablePath):
         return length / min(4 * len(stretch.path.u), 400)
     return length
+
+
+def rods_of(scene: Scene) -> list[Rod]:
+    """Return what has a thickness: rods, and the rods that floating-frame links are."""
+    found = []
+    for body in scene.bodies:
+        if isinstance(body, Rod):
+            found.append(body)
+        elif isinstance(body, FlexibleLink):
+            found.append(body.rod)
+    return found
+
+
+def thickness(scene: Scene, length: float) -> float:
+    """Return a radius in m that goes with the arm: its thickest, or a part of its length."""
+    radii = [
+        float(np.linalg.norm(outline(section.cross_section, x), axis=1).max())
+        for rod in rods_of(scene)
+        for section in rod.sections
+        for x in (0.0, 1.0)
+    ]
+    return max(radii, default=0.04 * length)

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from soft_sim_ros.core.bounds import Bounds
-from soft_sim_ros.scene import FlexibleLink, Joint, RigidBody, Rod, Scene
+from soft_sim_ros.scene import Joint, RigidBody
 from soft_sim_ros.scene.actuator import ChamberActuator, TendonActuator
 from soft_sim_ros.scene.load import Load, PointLoad
 from soft_sim_ros.scene.summary import total_mass
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.viewing import shapes
 from soft_sim_ros.viewing.frames import BASE, TIP, Frames, Spot
-from soft_sim_ros.viewing.outline import Path, Stations, outline, stations
+from soft_sim_ros.viewing.outline import Path, Stations, rods_of, stations, thickness
 from soft_sim_ros.viewing.parts import (
     LONGEST,
     Arrow,
@@ -175,28 +175,6 @@ def _scheduled(load: Load, vector: Floats, at: int) -> Vector:
         return state.turns[at] @ acting if load.frame == "body" else acting
 
     return now
-
-
-def rods_of(scene: Scene) -> list[Rod]:
-    """Return what has a thickness: rods, and the rods that floating-frame links are."""
-    found = []
-    for body in scene.bodies:
-        if isinstance(body, Rod):
-            found.append(body)
-        elif isinstance(body, FlexibleLink):
-            found.append(body.rod)
-    return found
-
-
-def thickness(scene: Scene, length: float) -> float:
-    """Return a radius in m that goes with the arm: its thickest, or a part of its length."""
-    radii = [
-        float(np.linalg.norm(outline(section.cross_section, x), axis=1).max())
-        for rod in rods_of(scene)
-        for section in rod.sections
-        for x in (0.0, 1.0)
-    ]
-    return max(radii, default=0.04 * length)
 
 
 def semi_axes(body: RigidBody, otherwise: float) -> Floats:
