@@ -20,6 +20,7 @@ VERBS = (
     "linearise",
     "identify",
     "derive",
+    "urdf",
     "demo",
 )
 
@@ -109,6 +110,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
         (f"share/{NAME}/config/sros2", ["config/sros2/policy.xml"]),
+        (f"share/{NAME}/viewers", sorted(glob("viewers/*"))),
         (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
     ],
     python_requires=">=3.10",

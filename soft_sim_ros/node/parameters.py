@@ -151,7 +151,9 @@ TABLE = (
     ),
     Row("poses", 51, "number of backbone poses, base to tip", 2, 10000),
     Row("publish_clock", True, "publish /clock: exactly one node of a graph may own time"),
-    Row("publish_tf", False, "publish the tip frame on /tf (needs tf2_msgs)"),
+    Row("publish_tf", False, "publish the frames base and tip on /tf (needs tf2_msgs)"),
+    Row("tf_frames", "", "joints and rigid bodies also on /tf, with commas; 'all' for all"),
+    Row("tf_backbone", False, "publish the backbone's poses as frames on /tf, too"),
     Row(
         "marker_rate",
         30.0,

@@ -19,7 +19,6 @@ from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
 from soft_sim_ros.node.executor import make_executor
-from soft_sim_ros.node.markers import Markers
 from soft_sim_ros.node.parameter_files import passed_over
 from soft_sim_ros.node.parameters import ParameterError, Settings, declare, on_change
 from soft_sim_ros.node.physics import Physics
@@ -31,7 +30,7 @@ from soft_sim_ros.node.services import Services
 from soft_sim_ros.node.signals import Signals, Stopped
 from soft_sim_ros.node.start import StartError, asking_ros, start
 from soft_sim_ros.node.summary import summarise, write_summary
-from soft_sim_ros.node.tip_frame import TipFrame
+from soft_sim_ros.node.views import views_of
 from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import (
@@ -135,15 +134,8 @@ class Arm:
                 settings.publish_clock,
             )
             self._subscriptions = [self._subscribe(one) for one in inputs]
-            self.markers: Markers | None = None
-            if settings.marker_rate:
-                self.markers = Markers(
-                    node, settings.frame_id, settings.marker_rate, lambda: self.physics.paused
-                )
-                self.publishers.after_tick.append(self.markers.send)
-        if settings.publish_tf:
-            tip = TipFrame(node, settings.frame_id, lambda: self.telemetry.tip_pose())
-            self.publishers.after_tick.append(tip.send)
+            views = views_of(node, scene, settings, lambda: self.physics.paused)
+            self.publishers.after_tick += [view.send for view in views]
         log = node.get_logger()
         log.info(f"starting {shown(scene.name)} of {one_line(scene.file)}")
         doubt = warm_up(scene, settings, node.get_logger().info)
@@ -164,8 +156,8 @@ class Arm:
             ),
         )
         self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
-        if self.markers is not None:
-            self.markers.show(self.simulation)
+        for view in views:
+            view.show(self.simulation)
         self.gate = Gate(
             self.inputs, settings.frame_id, lambda *order: self.physics.submit(*order), self._warn
         )

@@ -129,8 +129,12 @@
   root.appendChild(renderer.domElement);
   const canvas = renderer.domElement;
   canvas.setAttribute("aria-label", "The arm in three dimensions; drag turns, wheel zooms");
+  let looked = 0;
   const resize = () => {
-    const w = Math.max(root.clientWidth, 1), h = Math.round(Math.min(0.62 * w + 60, 560));
+    const w = Math.max(root.clientWidth, 1);
+    if (w === looked) return;
+    looked = w;
+    const h = Math.round(Math.min(0.62 * w + 60, 560));
     renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
     renderer.setSize(w, h);
     const tall = 1.15 * reach, wide = (tall * w) / h;
@@ -139,7 +143,7 @@
       bottom: -tall * more });
     changed = true;
   };
-  new ResizeObserver(resize).observe(root);
+  new ResizeObserver(() => requestAnimationFrame(resize)).observe(root);
   const fingers = new Map();
   canvas.addEventListener("pointerdown", (e) => {
     canvas.setPointerCapture(e.pointerId);

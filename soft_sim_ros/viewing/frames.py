@@ -14,25 +14,24 @@ from soft_sim_ros.errors import BadArgument
 
 if TYPE_CHECKING:
     from soft_sim_ros.core.compile import Compiled
-    from soft_sim_ros.core.simulation import Simulation
 
 BASE, TIP = "base", "tip"
 Spot = tuple[str, float]  # a body (or BASE, TIP), and an arc length in m for a rod or link
 
 
 class Frames:
-    """Poses of spots of a simulation; quaternions keep their sign from call to call.
+    """Poses of spots of an arm; quaternions keep their sign from call to call.
 
     Parameters
     ----------
-    simulation : the arm, looked at anew at every call
+    compiled : the arm
+    q : (n,) its coordinates, contiguous doubles, read anew at every call
     spots : P of them
     """
 
-    def __init__(self, simulation: Simulation, spots: Sequence[Spot]) -> None:
-        compiled = simulation.compiled
+    def __init__(self, compiled: Compiled, q: Floats, spots: Sequence[Spot]) -> None:
         self.spots = tuple(spots)
-        self._model, self._q = compiled.model, simulation.q
+        self._model, self._q = compiled.model, q
         self._data = new_data(compiled.model)
         self._samples = samples_at([_place(compiled, spot) for spot in self.spots])
         self._base = np.concatenate([compiled.base[:3, :3].ravel(), compiled.base[:3, 3]])

@@ -83,7 +83,7 @@ class Scenery:
             self._load(number, load)
         for number, part in enumerate((slice(3, 6), slice(0, 3))):
             self._arrow("external_wrench", number, 0, lambda s, p=part: s.wrench[p], part.start > 0)
-        self._frames = Frames(simulation, self._spots)
+        self._frames = Frames(simulation.compiled, simulation.q, self._spots)
         self._at = np.array([at for at, _ in self._fixed], dtype=np.int64)
         self._yz = np.array([yz for _, yz in self._fixed]).reshape(-1, 2, 1)
 
@@ -196,7 +196,7 @@ def plate(simulation: Simulation) -> tuple[Shape, Floats] | None:
         return None
     size = thickness(scene, simulation.length)
     shape = Shape("base", 0, shapes.CYLINDER, (5 * size, 5 * size, 0.4 * size), shapes.PLATE)
-    base = Frames(simulation, [(BASE, 0.0)]).poses()
+    base = Frames(simulation.compiled, simulation.q, [(BASE, 0.0)]).poses()
     turn = rotations(base[:, 3:])
     holder = Solid(shape, 0, np.array([-0.2 * size, 0.0, 0.0]), upright(np.array([1.0, 0.0, 0.0])))
     canvas = _Blank()
