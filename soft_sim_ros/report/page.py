@@ -45,6 +45,7 @@ td { font-variant-numeric: tabular-nums; }
 .note { border-left: 4px solid #d55e00; background: #fff6ef; padding: 10px 14px;
   border-radius: 4px; margin: 0 0 18px; }
 .note p { margin: 0; }
+details.more { margin: 0 0 18px; } details.more .tables { margin-top: 12px; }
 summary { cursor: pointer; font-weight: 600; }
 pre { font: 12.5px/1.45 ui-monospace, SFMono-Regular, Menlo, Consolas, monospace;
   overflow-x: auto; margin: 12px 0 0; }
@@ -131,9 +132,12 @@ def _page(run: Run, summary: dict) -> str:
         _table("Motion", numbers.motion_rows(run)),
         _table("Speed", numbers.speed_rows(summary)),
         _table("Accuracy", numbers.accuracy_rows(run, summary)),
-        _table("Machine and versions", numbers.machine_rows(run)),
         "</div>",
+        '<details class="more"><summary>Machine, versions and messages</summary>'
+        '<div class="tables">',
+        _table("Machine and versions", numbers.machine_rows(run)),
         _table("Messages by topic", [(numbers.short(t), f"{n:,}") for t, n in run.counts.items()]),
+        "</div></details>",
     ]
     if run.scene_text is not None:
         parts.append(
