@@ -15,7 +15,9 @@ from soft_sim_ros.scene.section import Section
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.scene.tendon import HelicalPath, Stretch, TablePath
 
-SIDES = 12  # of an outline: a multiple of 4, so that a rectangle keeps its corners
+# Sides of an outline, multiples of 4, so that a rectangle keeps its corners: of pictures, and of
+# messages, which have to be small.
+SIDES, FEW = 12, 8
 PER_TURN = 16  # stations of one turn of a helix
 Path = TendonActuator | ChamberActuator
 
@@ -28,14 +30,14 @@ class Station(NamedTuple):
     x: float
 
 
-def outline(shape: CrossSection, x: float) -> Floats:
-    """Return the outer edge (SIDES, 2) of a cross-section at x in [0, 1]: y, z in m.
+def outline(shape: CrossSection, x: float, sides: int = SIDES) -> Floats:
+    """Return the outer edge (sides, 2) of a cross-section at x in [0, 1]: y, z in m.
 
     All begin at the same corner and go around from y towards z, so outlines of any two kinds can
     be joined.
     """
     at = np.asarray(x, dtype=float)
-    angle = np.pi / 4 + 2 * np.pi * np.arange(SIDES) / SIDES
+    angle = np.pi / 4 + 2 * np.pi * np.arange(sides) / sides
     unit = np.column_stack([np.cos(angle), np.sin(angle)])
     if isinstance(shape, Circle):
         scale = [shape.radius(at)] * 2
@@ -45,18 +47,18 @@ def outline(shape: CrossSection, x: float) -> Floats:
         scale = [shape.semi_axis_y(at), shape.semi_axis_z(at)]
     elif isinstance(shape, Rectangle):
         scale = [shape.width_y(at) / 2, shape.width_z(at) / 2]
-        unit = _square()
+        unit = _square(sides)
     else:  # a shape of another package: a circle of the same area
         scale = [np.sqrt(shape.area(at) / np.pi)] * 2
     return unit * np.array(scale, dtype=float)
 
 
-def _square() -> Floats:
-    """Return the edge (SIDES, 2) of the square [-1, 1]², its corners among the points."""
+def _square(sides: int) -> Floats:
+    """Return the edge (sides, 2) of the square [-1, 1]², its corners among the points."""
     corners = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [1.0, 1.0]])
-    step = np.arange(SIDES // 4)[:, None] / (SIDES // 4)
-    sides = zip(corners[:-1], corners[1:], strict=True)
-    return np.concatenate([a + (b - a) * step for a, b in sides])
+    step = np.arange(sides // 4)[:, None] / (sides // 4)
+    edges = zip(corners[:-1], corners[1:], strict=True)
+    return np.concatenate([a + (b - a) * step for a, b in edges])
 
 
 @dataclass(frozen=True)
@@ -71,9 +73,10 @@ class Stations:
         """Arc lengths (P,) in m."""
         return np.array([item.s for item in self.items])
 
-    def rings(self) -> Floats:
-        """Return the outlines (P, SIDES, 2) in m."""
-        return np.array([outline(item.section.cross_section, item.x) for item in self.items])
+    def rings(self, sides: int) -> Floats:
+        """Return the outlines (P, sides, 2) in m."""
+        edges = [outline(item.section.cross_section, item.x, sides) for item in self.items]
+        return np.array(edges)
 
     def along(self, stretch: Stretch) -> list[int]:
         """Return the stations on a stretch of a path, one where two lie at the same place."""

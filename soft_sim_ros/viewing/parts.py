@@ -70,11 +70,13 @@ class Line:
 
     def __init__(self, shape: Shape, own: slice, shade: Shade) -> None:
         self.shape, self._own, self._shade = shape, own, shade
+        self._coloured = math.nan
 
     def draw(self, state: State, canvas: Canvas) -> None:
-        """Write points and colour."""
+        """Write points, and the colour where it has changed."""
         canvas.points[:] = state.points[self._own]
-        canvas.colour[:3] = self._shade(state)
+        if (share := self._shade(state)) != self._coloured:
+            canvas.colour[:3], self._coloured = ramp(share), share
 
 
 class Solid:
@@ -105,22 +107,23 @@ class Arrow:
     def draw(self, state: State, canvas: Canvas) -> None:
         """Write its two ends."""
         vector = self._vector(state)
-        size = math.hypot(*vector)
-        canvas.action[0] = SHOWN if 0.0 < size < math.inf else REMOVED
-        canvas.points[:] = state.poses[self._at, :3]
-        if canvas.action[0] == SHOWN:
+        size = math.hypot(*vector.tolist())
+        shown = 0.0 < size < math.inf
+        canvas.action[0] = SHOWN if shown else REMOVED
+        if shown:
+            canvas.points[:] = state.poses[self._at, :3]
             canvas.points[1] += vector * (self._longest / (size + self._unit))
 
 
 class Shade:
-    """The colour of an actuator's effort: blue at none, through yellow, to orange at ``full``."""
+    """The share of its full effort that colours an actuator."""
 
     def __init__(self, index: int, full: float) -> None:
         self._index, self._full = index, full
 
-    def __call__(self, state: State) -> tuple[float, ...]:
-        """Return red, green, blue."""
-        return ramp(float(state.efforts[self._index]) / self._full)
+    def __call__(self, state: State) -> float:
+        """Return the effort as a share of the full one, in hundredths: colours are no finer."""
+        return round(state.efforts.item(self._index) / self._full, 2)
 
 
 def stretch(at: Sequence[int]) -> slice | NDArray[np.int64]:

@@ -17,7 +17,7 @@ from soft_sim_ros.scene.summary import total_mass
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.viewing import shapes
 from soft_sim_ros.viewing.frames import BASE, TIP, Frames, Spot
-from soft_sim_ros.viewing.outline import Path, Stations, rods_of, stations, thickness
+from soft_sim_ros.viewing.outline import FEW, Path, Stations, rods_of, stations, thickness
 from soft_sim_ros.viewing.parts import (
     LONGEST,
     Arrow,
@@ -35,7 +35,7 @@ from soft_sim_ros.viewing.tube import rotations
 if TYPE_CHECKING:
     from soft_sim_ros.core.simulation import Simulation
 
-STATIONS = 30  # along all rods
+STATIONS = 24  # along all rods
 ALONG = 5  # arrows of a load along a rod
 G = 9.81  # m/s²
 AHEAD = np.array([0.0, 0.0, 0.0, 1.0])
@@ -70,7 +70,7 @@ class Scenery:
             own = stations(rod, paths, count)
             at = [self._spot(rod.name, s) for s in own.s.tolist()]
             first[rod.name] = at[0], own
-            self.parts.append(Tube(("rods", number), at, own.rings(), shapes.SILICONE))
+            self.parts.append(Tube(("rods", number), at, own.rings(FEW), shapes.SILICONE))
         for number, body in enumerate(scene.bodies):
             if isinstance(body, Joint):
                 self._joint(number, body)
@@ -88,7 +88,7 @@ class Scenery:
         self._yz = np.array([yz for _, yz in self._fixed]).reshape(-1, 2, 1)
 
     def draw(self, canvases: Sequence[Canvas]) -> None:
-        """Write the present state to one canvas for each part."""
+        """Write the present state to one canvas for each part, always the same canvases."""
         simulation = self._simulation
         poses = self._frames.poses()
         turns = rotations(poses[:, 3:])

@@ -9,7 +9,7 @@ from peer import simulator, wait_for
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from visualization_msgs.msg import Marker, MarkerArray
 
-from soft_sim_ros.viewing.outline import SIDES
+from soft_sim_ros.viewing.outline import FEW
 from soft_sim_ros.viewing.tube import triangles
 
 SCENE = Path(__file__).with_name("arm.yaml")
@@ -38,14 +38,14 @@ def by_name(message):
 
 
 def rings(marker):
-    """Corners (P, SIDES, 3) of the tube that a marker's triangles make up."""
+    """Corners (P, FEW, 3) of the tube that a marker's triangles make up."""
     points = np.array([(p.x, p.y, p.z) for p in marker.points])
     for count in range(2, 200):
-        corners = triangles(count, SIDES).ravel()
+        corners = triangles(count, FEW).ravel()
         if len(corners) == len(points):
-            found = np.empty((count * SIDES, 3))
+            found = np.empty((count * FEW, 3))
             found[corners] = points
-            return found.reshape(count, SIDES, 3)
+            return found.reshape(count, FEW, 3)
     raise AssertionError(f"{len(points)} points make no tube")
 
 

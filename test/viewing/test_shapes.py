@@ -10,12 +10,12 @@ from soft_sim_ros.core.simulation import Simulation
 from soft_sim_ros.recording.cdr_markers import MarkerArrayBuffer
 from soft_sim_ros.scene import load_scene, packaged_scenes, parse_scene
 from soft_sim_ros.scene.actuator import TendonActuator
-from soft_sim_ros.viewing.outline import SIDES
+from soft_sim_ros.viewing.outline import FEW
 from soft_sim_ros.viewing.scenery import Scenery
 from soft_sim_ros.viewing.shapes import REMOVED, SHOWN, ramp
 from soft_sim_ros.viewing.tube import rotations, triangles
 
-POLYGON = SIDES / 2 * np.sin(2 * np.pi / SIDES)  # area of the outline of a unit circle
+POLYGON = FEW / 2 * np.sin(2 * np.pi / FEW)  # area of the outline of a unit circle
 ROD = """
 name: rod
 gravity: [0, 0, 0]
@@ -74,7 +74,7 @@ def test_a_broad_rod_is_broad_along_y():
 
 
 def test_the_edges_of_a_tube_are_each_in_two_triangles_once_in_each_direction():
-    found = triangles(5, SIDES)
+    found = triangles(5, FEW)
     edges = {(a, b) for t in found.tolist() for a, b in zip(t, t[1:] + t[:1], strict=True)}
     assert len(edges) == 3 * len(found)
     assert all((b, a) in edges for a, b in edges)
