@@ -20,6 +20,7 @@ VERBS = (
     "linearise",
     "identify",
     "derive",
+    "urdf",
     "demo",
 )
 
@@ -103,12 +104,13 @@ setup(
     maintainer_email="maintainer@example.org",
     license="Apache-2.0",
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={"": ["py.typed", "*.html", "*.css", "*.js", "*.json"]},
+    package_data={"": ["py.typed", "*.html", "*.css", "*.js", "*.json", "*.txt"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
         (f"share/{NAME}/config/sros2", ["config/sros2/policy.xml"]),
+        (f"share/{NAME}/viewers", sorted(glob("viewers/*"))),
         (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
     ],
     python_requires=">=3.10",

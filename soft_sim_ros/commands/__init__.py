@@ -11,5 +11,6 @@ VERBS = {
     "linearise": "write A, B, C, D of an equilibrium for scipy.signal and python-control",
     "identify": "fit numbers of a scene, such as stiffness or damping, to a recorded motion",
     "derive": "derive scalar equations of motion of a rod, as text, LaTeX and numpy",
+    "urdf": "write a scene as URDF, for robot_state_publisher, MoveIt and ros2_control",
     "demo": "simulate, drive over ROS topics, record, replay, re-simulate and summarise",
 }

@@ -30,10 +30,18 @@ from soft_sim_ros.node.services import Services
 from soft_sim_ros.node.signals import Signals, Stopped
 from soft_sim_ros.node.start import StartError, asking_ros, start
 from soft_sim_ros.node.summary import summarise, write_summary
-from soft_sim_ros.node.tip_frame import TipFrame
+from soft_sim_ros.node.views import views_of
 from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import EVENTS, INPUTS, OUTPUTS, Topic, output_topics, topic
+from soft_sim_ros.recording.topics import (
+    EVENTS,
+    INPUTS,
+    OUTPUTS,
+    VIEWS,
+    Topic,
+    output_topics,
+    topic,
+)
 from soft_sim_ros.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -93,7 +101,8 @@ def _check_qualities(node: Node, settings: Settings) -> None:
     """Refuse overrides of qualities of service, of what will be published and subscribed to."""
     clock = ["/clock"] if settings.publish_clock else []
     published = [name for name, _, _ in (*OUTPUTS.values(), *EVENTS.values())]
-    check_overrides(node, published + clock, [name for name, _, _ in INPUTS.values()])
+    views = [name for name, _, _ in VIEWS.values()] if settings.marker_rate else []
+    check_overrides(node, published + views + clock, [name for name, _, _ in INPUTS.values()])
 
 
 class Arm:
@@ -125,9 +134,8 @@ class Arm:
                 settings.publish_clock,
             )
             self._subscriptions = [self._subscribe(one) for one in inputs]
-        if settings.publish_tf:
-            tip = TipFrame(node, settings.frame_id, lambda: self.telemetry.tip_pose())
-            self.publishers.after_tick.append(tip.send)
+            views = views_of(node, scene, settings, lambda: self.physics.paused)
+            self.publishers.after_tick += [view.send for view in views]
         log = node.get_logger()
         log.info(f"starting {shown(scene.name)} of {one_line(scene.file)}")
         doubt = warm_up(scene, settings, node.get_logger().info)
@@ -148,6 +156,8 @@ class Arm:
             ),
         )
         self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
+        for view in views:
+            view.show(self.simulation)
         self.gate = Gate(
             self.inputs, settings.frame_id, lambda *order: self.physics.submit(*order), self._warn
         )

@@ -1,54 +1,96 @@
-"""The tip as a frame on /tf, where tf2_msgs is installed."""
+"""Frames of the arm on /tf, where tf2_msgs is installed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from geometry_msgs.msg import TransformStamped
 
+from soft_sim_ros.foreign import shown
 from soft_sim_ros.node.parameters import ParameterError
-from soft_sim_ros.recording.decode import Poses, decode
-from soft_sim_ros.recording.topics import POSE
+from soft_sim_ros.scene import Joint, RigidBody, Scene
+
+if TYPE_CHECKING:
+    from soft_sim_ros.core.settled import Simulation
+
+BASE, TIP, ALL = "base", "tip", "all"
 
 
-class TipFrame:
-    """Sends the transform from the frame of the poses to ``<node name>/tip``.
+class ArmFrames:
+    """Sends transforms from the frame of the poses to ``<node name>/tip`` and further frames.
 
-    The namespace is part of the child frame's name: ``left/soft_arm/tip`` for ``/left/soft_arm``.
+    The namespace is part of a child frame's name: ``left/soft_arm/tip`` for ``/left/soft_arm``.
 
     Parameters
     ----------
     node : rclpy.node.Node
         Owner of the publisher.
+    scene : Scene
+        Its joints and rigid bodies have frames.
     frame_id : str
         Parent frame.
-    tip_pose : callable
-        Gives the pose of the tip as the bytes of a PoseStamped.
+    chosen : str
+        Names of joints and rigid bodies, with commas between them; ``all`` for all of them.
+    backbone : int
+        How many frames along the rods, base to tip, ``backbone_0`` and so on; 0 for none.
     """
 
-    def __init__(self, node, frame_id: str, tip_pose: Callable[[], bytes]):
+    def __init__(self, node, scene: Scene, frame_id: str, chosen: str, backbone: int):
         try:
             from tf2_msgs.msg import TFMessage
         except ImportError as error:
             fault = "publish_tf = True: expected False, because tf2_msgs is not installed"
             raise ParameterError([fault]) from error
-        self._tip_pose, self._message = tip_pose, TFMessage
+        self._names = [BASE, TIP, *chosen_frames(scene, chosen)]
+        self._backbone, self._message = backbone, TFMessage
         self._publisher = node.create_publisher(TFMessage, "/tf", 100)
-        self._transform = TransformStamped()
-        self._transform.header.frame_id = frame_id
-        self._transform.child_frame_id = f"{node.get_fully_qualified_name().lstrip('/')}/tip"
+        prefix = node.get_fully_qualified_name().lstrip("/")
+        names = self._names + [f"backbone_{i}" for i in range(backbone)]
+        self._transforms = [TransformStamped() for _ in names]
+        for name, transform in zip(names, self._transforms, strict=True):
+            transform.header.frame_id = frame_id
+            transform.child_frame_id = f"{prefix}/{name}"
+        self._simulation: Simulation | None = None
+
+    def show(self, simulation: Simulation) -> None:
+        """Look at a simulation from now on."""
+        from soft_sim_ros.viewing.frames import Frames
+
+        spots = [(name, 0.0) for name in self._names]
+        self._frames = Frames(simulation.compiled, simulation.q, spots)
+        self._sampler = simulation.sampler(self._backbone) if self._backbone else None
+        self._simulation = simulation
 
     def send(self, time_ns: int) -> None:
-        """Publish the present transform if anybody listens."""
-        if not self._publisher.get_subscription_count():
+        """Publish the present transforms if anybody listens."""
+        if self._simulation is None or not self._publisher.get_subscription_count():
             return
-        pose = decode(POSE, self._tip_pose())
-        assert isinstance(pose, Poses)
-        x, y, z, qx, qy, qz, qw = (float(number) for number in pose.poses[0])
-        transform = self._transform
-        stamp = transform.header.stamp
-        stamp.sec, stamp.nanosec = divmod(time_ns, 1_000_000_000)
-        move, turn = transform.transform.translation, transform.transform.rotation
-        move.x, move.y, move.z = x, y, z
-        turn.x, turn.y, turn.z, turn.w = qx, qy, qz, qw
-        self._publisher.publish(self._message(transforms=[transform]))
+        poses = self._frames.poses().tolist()
+        if self._sampler is not None:
+            poses += self._sampler.poses().tolist()
+        sec, nanosec = divmod(time_ns, 1_000_000_000)
+        for transform, (x, y, z, qx, qy, qz, qw) in zip(self._transforms, poses, strict=True):
+            stamp = transform.header.stamp
+            stamp.sec, stamp.nanosec = sec, nanosec
+            move, turn = transform.transform.translation, transform.transform.rotation
+            move.x, move.y, move.z = x, y, z
+            turn.x, turn.y, turn.z, turn.w = qx, qy, qz, qw
+        self._publisher.publish(self._message(transforms=self._transforms))
+
+
+def chosen_frames(scene: Scene, chosen: str) -> list[str]:
+    """Return the names that the parameter ``tf_frames`` asks for; refuse those that are none."""
+    known = [body.name for body in scene.bodies if isinstance(body, Joint | RigidBody)]
+    asked = [name.strip() for name in chosen.split(",") if name.strip()]
+    if asked == [ALL]:
+        return known
+    unknown = [name for name in asked if name not in known]
+    if unknown:
+        have = ", ".join(known) or "this scene has none"
+        raise ParameterError(
+            [
+                f"tf_frames = {shown(chosen)}: expected names of joints and rigid bodies "
+                f"({have}), or 'all', not {shown(unknown[0])}"
+            ]
+        )
+    return list(dict.fromkeys(asked))

@@ -20,7 +20,7 @@ _DOUBLE = np.dtype("<f8")
 _UNSIGNED = np.dtype("<u4")
 
 
-class _Layout:
+class Layout:
     """Lays out one message and remembers where its stamp and its float blocks lie."""
 
     def __init__(self) -> None:
@@ -31,24 +31,24 @@ class _Layout:
     def _align(self, size: int) -> None:
         self._bytes += bytes(-len(self._bytes) % size)
 
-    def unsigned(self, value: int) -> _Layout:
+    def unsigned(self, value: int) -> Layout:
         self._align(4)
         self._bytes += int(value).to_bytes(4, "little")
         return self
 
-    def text(self, value: str) -> _Layout:
+    def text(self, value: str) -> Layout:
         data = value.encode() + b"\0"
         self.unsigned(len(data))
         self._bytes += data
         return self
 
-    def stamp(self) -> _Layout:
+    def stamp(self) -> Layout:
         self._align(4)
         self._stamp, self._stamp_size = len(self._bytes), 8
         self._bytes += bytes(8)
         return self
 
-    def doubles(self, count: int) -> _Layout:
+    def doubles(self, count: int) -> Layout:
         """Put a fixed block of ``count`` numbers."""
         if count:
             self._align(8)
@@ -56,21 +56,34 @@ class _Layout:
         self._bytes += bytes(8 * count)
         return self
 
-    def sequence(self, count: int, width: int = 1) -> _Layout:
+    def slot(self, kind: str, count: int = 1) -> int:
+        """Put ``count`` numbers of a numpy type such as ``<f4``; return where the first lies."""
+        size = np.dtype(kind).itemsize
+        if count:
+            self._align(size)
+        at = len(self._bytes)
+        self._bytes += bytes(size * count)
+        return at
+
+    def sequence(self, count: int, width: int = 1) -> Layout:
         """Put a sequence of ``count`` elements of ``width`` numbers each."""
         return self.unsigned(count).doubles(count * width)
 
-    def header(self, frame_id: str) -> _Layout:
+    def header(self, frame_id: str) -> Layout:
         return self.stamp().text(frame_id)
+
+    def store(self) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Give the message as bytes, and those after its header, on their alignment."""
+        # four bytes of room in front put the first field, and so every number, on its alignment
+        store = np.zeros(8 + len(self._bytes), np.uint8)
+        message, body = store[4:], store[8:]
+        message[:4] = np.frombuffer(_HEADER, np.uint8)
+        body[:] = np.frombuffer(bytes(self._bytes), np.uint8)
+        return message, body
 
     def build(self) -> tuple[NDArray[np.uint8], NDArray[Any], list[NDArray[np.float64]]]:
         """Give the message as bytes, and views of its stamp, (2,) or (0,), and float blocks."""
-        # four bytes of room in front put the first field, and so every number, on its alignment
-        store = np.zeros(8 + len(self._bytes), np.uint8)
-        message = store[4:]
-        message[:4] = np.frombuffer(_HEADER, np.uint8)
-        body = store[8:]
-        body[:] = np.frombuffer(bytes(self._bytes), np.uint8)
+        message, body = self.store()
         stamp = body[self._stamp : self._stamp + self._stamp_size].view(_UNSIGNED)
         blocks = [body[at : at + 8 * count].view(_DOUBLE) for at, count in self._blocks]
         return message, stamp, blocks
@@ -80,7 +93,7 @@ def _set_stamp(stamp: NDArray[Any], time_ns: int) -> None:
     stamp[0], stamp[1] = divmod(time_ns, _SECOND)
 
 
-class _Buffer:
+class Buffer:
     """A message laid out once. Its parts are views of its bytes, so a copy is laid out anew."""
 
     def __new__(cls, *arguments: Any, **named: Any) -> Any:
@@ -99,7 +112,7 @@ def _laid_out_anew(kind: type, arguments: tuple[Any, ...], named: dict[str, Any]
     return kind(*arguments, **named)
 
 
-class PoseArrayBuffer(_Buffer):
+class PoseArrayBuffer(Buffer):
     """``geometry_msgs/PoseArray`` with a fixed frame and number of poses.
 
     Parameters
@@ -110,7 +123,7 @@ class PoseArrayBuffer(_Buffer):
 
     def __init__(self, frame_id: str, count: int) -> None:
         self._count = count
-        layout = _Layout().header(frame_id).sequence(count, 7)
+        layout = Layout().header(frame_id).sequence(count, 7)
         self._message, self._stamp, (self._poses,) = layout.build()
 
     def fill(self, time_ns: int, poses: NDArray[np.float64]) -> bytes:
@@ -120,7 +133,7 @@ class PoseArrayBuffer(_Buffer):
         return self._message.tobytes()
 
 
-class JointStateBuffer(_Buffer):
+class JointStateBuffer(Buffer):
     """``sensor_msgs/JointState`` with fixed names; any of the three sequences may be left empty.
 
     Parameters
@@ -139,7 +152,7 @@ class JointStateBuffer(_Buffer):
         effort: bool = True,
         frame_id: str = "",
     ) -> None:
-        layout = _Layout().header(frame_id).unsigned(len(names))
+        layout = Layout().header(frame_id).unsigned(len(names))
         for name in names:
             layout.text(name)
         for present in (position, velocity, effort):
@@ -162,7 +175,7 @@ class JointStateBuffer(_Buffer):
         return self._message.tobytes()
 
 
-class Float64MultiArrayBuffer(_Buffer):
+class Float64MultiArrayBuffer(Buffer):
     """``std_msgs/Float64MultiArray`` of one dimension; the label is where names can be written.
 
     Parameters
@@ -172,7 +185,7 @@ class Float64MultiArrayBuffer(_Buffer):
     """
 
     def __init__(self, count: int, label: str = "") -> None:
-        layout = _Layout()
+        layout = Layout()
         if label:
             layout.unsigned(1).text(label).unsigned(count).unsigned(count)
         else:
@@ -186,11 +199,11 @@ class Float64MultiArrayBuffer(_Buffer):
         return self._message.tobytes()
 
 
-class PoseStampedBuffer(_Buffer):
+class PoseStampedBuffer(Buffer):
     """``geometry_msgs/PoseStamped`` in a fixed frame."""
 
     def __init__(self, frame_id: str) -> None:
-        self._message, self._stamp, (self._pose,) = _Layout().header(frame_id).doubles(7).build()
+        self._message, self._stamp, (self._pose,) = Layout().header(frame_id).doubles(7).build()
 
     def fill(self, time_ns: int, pose: ArrayLike) -> bytes:
         """Give the bytes for a pose (7,), ``x y z qx qy qz qw`` in m."""
@@ -199,11 +212,11 @@ class PoseStampedBuffer(_Buffer):
         return self._message.tobytes()
 
 
-class WrenchStampedBuffer(_Buffer):
+class WrenchStampedBuffer(Buffer):
     """``geometry_msgs/WrenchStamped`` in a fixed frame."""
 
     def __init__(self, frame_id: str) -> None:
-        self._message, self._stamp, (self._wrench,) = _Layout().header(frame_id).doubles(6).build()
+        self._message, self._stamp, (self._wrench,) = Layout().header(frame_id).doubles(6).build()
 
     def fill(self, time_ns: int, wrench: ArrayLike) -> bytes:
         """Give the bytes for a wrench (6,), moment in N·m then force in N.
@@ -217,11 +230,11 @@ class WrenchStampedBuffer(_Buffer):
         return self._message.tobytes()
 
 
-class ClockBuffer(_Buffer):
+class ClockBuffer(Buffer):
     """``rosgraph_msgs/Clock``."""
 
     def __init__(self) -> None:
-        self._message, self._stamp, _ = _Layout().stamp().build()
+        self._message, self._stamp, _ = Layout().stamp().build()
 
     def fill(self, time_ns: int) -> bytes:
         """Give the bytes for a time in ns."""
@@ -231,7 +244,7 @@ class ClockBuffer(_Buffer):
 
 def encode_string(text: str) -> bytes:
     """Give the bytes of a ``std_msgs/String``."""
-    return _Layout().text(text).build()[0].tobytes()
+    return Layout().text(text).build()[0].tobytes()
 
 
 def encode_floats(data: ArrayLike, label: str = "") -> bytes:

@@ -55,6 +55,16 @@ INPUTS = {
 }
 EVENTS = {"events": ("~/events", STRING, 100)}
 ALL = {**OUTPUTS, **INPUTS, **EVENTS}
+# for eyes only: what they show follows from the scene and the recorded topics
+MARKERS, FIXED_MARKERS = "markers", "fixed_markers"
+VIEWS = {
+    MARKERS: ("~/markers", "visualization_msgs/msg/MarkerArray", Qos(1)),
+    FIXED_MARKERS: (
+        "~/fixed_markers",
+        "visualization_msgs/msg/MarkerArray",
+        Qos(1, durability="transient_local"),
+    ),
+}
 
 
 def resolve(name: str, prefix: str) -> str:
@@ -71,6 +81,9 @@ def resolve(name: str, prefix: str) -> str:
 
 def topic(key: str, prefix: str, qos: Qos | None = None) -> Topic:
     """Give the topic with this key of the node called ``prefix`` (such as ``/arm1/soft_arm``)."""
+    if key in VIEWS:
+        name, kind, own = VIEWS[key]
+        return Topic(key, resolve(name, prefix), kind, qos or own)
     name, kind, depth = ALL[key]
     return Topic(key, resolve(name, prefix), kind, qos or Qos(depth))
 

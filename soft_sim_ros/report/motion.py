@@ -12,14 +12,16 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from numpy.typing import NDArray
 
 from soft_sim_ros.recording.reader import Run
-from soft_sim_ros.report.style import FAINT, INK, TIME_COLOURS, shown, stride
+from soft_sim_ros.report.numbers import drawable
+from soft_sim_ros.report.style import FAINT, INK, TIME_COLOURS, stride
 
-SNAPSHOTS = 28
+SNAPSHOTS = 9
 _AXES = "xyz"
+ABOVE = (0, 1)
 
 
 def motion(run: Run, snapshots: int = SNAPSHOTS) -> Figure:
-    """Draw the backbone in space and in its two telling projections.
+    """Draw the backbone in space, from the side where most is to be seen, and from above.
 
     Parameters
     ----------
@@ -40,7 +42,8 @@ def motion(run: Run, snapshots: int = SNAPSHOTS) -> Figure:
     figure = Figure(figsize=(10, 5.2), layout="constrained")
     planes = _projections(high - low)
     extent = high - low
-    tall = all(extent[up] > 1.2 * extent[across] for across, up in planes)
+    across, up = planes[0]
+    tall = extent[up] > 1.2 * extent[across]
     if tall:
         grid = figure.add_gridspec(1, 3, width_ratios=[1.4, 1, 1])
         places = [grid[0, 0], grid[0, 1], grid[0, 2]]
@@ -54,18 +57,11 @@ def motion(run: Run, snapshots: int = SNAPSHOTS) -> Figure:
         axes = figure.add_subplot(place)
         _draw_plane(axes, curves, path, path_time, shades, span, (across, up))
         axes.set(xlim=(low[across], high[across]), ylim=(low[up], high[up]))
+        axes.set_title("from above" if (across, up) == ABOVE else "from the side")
     bar = figure.colorbar(colours, ax=figure.axes, shrink=0.6, aspect=30, pad=0.02)
     bar.set_label("time (s)")
     bar.outline.set_visible(False)
     return figure
-
-
-def drawable(run: Run) -> NDArray:
-    """Tell which backbones (T,) can be drawn: all of their positions are numbers, and sane ones."""
-    positions = run.backbone.positions
-    if not positions.size:
-        return np.zeros(len(run.backbone), bool)
-    return np.isfinite(shown(positions)).all(axis=(1, 2))
 
 
 def _box(points: NDArray) -> tuple[NDArray, NDArray]:
@@ -81,15 +77,14 @@ def _box(points: NDArray) -> tuple[NDArray, NDArray]:
 
 
 def _projections(extent: NDArray) -> list[tuple[int, int]]:
-    """Choose the two planes with the most to see; the vertical axis points up in both."""
-    planes = sorted(((0, 2), (1, 2), (0, 1)), key=lambda p: -extent[p[0]] * extent[p[1]])
-    return planes[:2]
+    """Choose the side with the most to see, where z points up, and the view from above."""
+    return [max(((0, 2), (1, 2)), key=lambda plane: extent[plane[0]]), ABOVE]
 
 
 def _draw_space(
     axes, curves: NDArray, path: NDArray, shades: NDArray, low: NDArray, high: NDArray
 ) -> None:
-    axes.add_collection3d(Line3DCollection(curves, colors=shades, linewidths=1.3))
+    axes.add_collection3d(Line3DCollection(curves, colors=shades, linewidths=1.9))
     axes.plot(*path.T, color=INK, linewidth=0.5, alpha=0.55)
     axes.scatter(*curves[:, -1].T, c=shades, s=10, depthshade=False)
     axes.scatter(*curves[0, 0], c=INK, s=26, marker="s", depthshade=False)
@@ -112,9 +107,9 @@ def _draw_plane(
     plane: tuple[int, int],
 ) -> None:
     across, up = plane
-    axes.add_collection(LineCollection(list(curves[..., plane]), colors=shades, linewidths=1.0))
+    axes.add_collection(LineCollection(list(curves[..., plane]), colors=shades, linewidths=1.6))
     steps = np.stack([path[:-1, plane], path[1:, plane]], axis=1)
-    tip = LineCollection(list(steps), cmap=TIME_COLOURS, norm=span, linewidths=1.4, alpha=0.9)
+    tip = LineCollection(list(steps), cmap=TIME_COLOURS, norm=span, linewidths=0.9, alpha=0.9)
     tip.set_array(path_time[:-1])
     axes.add_collection(tip)
     axes.plot(*curves[0, 0, plane], "s", color=INK, markersize=4)

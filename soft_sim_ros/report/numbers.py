@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from soft_sim_ros.foreign import printable
 from soft_sim_ros.recording import claims
 from soft_sim_ros.recording.reader import Run
+from soft_sim_ros.report.style import shown
 from soft_sim_ros.report.units import grouped, port_units
 
 SUMMARY = "summary.json"
@@ -41,6 +42,14 @@ def fastest(time: NDArray[np.float64], position: NDArray[np.float64]) -> float:
     with np.errstate(invalid="ignore", over="ignore"):
         steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
     return float((steps[moved] / np.diff(time)[moved]).max(initial=0.0)) if moved.any() else np.nan
+
+
+def drawable(run: Run) -> NDArray:
+    """Tell which backbones (T,) can be drawn: all of their positions are numbers, and sane ones."""
+    positions = run.backbone.positions
+    if not positions.size:
+        return np.zeros(len(run.backbone), bool)
+    return np.isfinite(shown(positions)).all(axis=(1, 2))
 
 
 def not_finite(run: Run) -> int:

@@ -14,7 +14,7 @@ from soft_sim_ros.files import write_whole
 from soft_sim_ros.foreign import printable
 from soft_sim_ros.recording.claims import scene_name
 from soft_sim_ros.recording.reader import Run, read_run
-from soft_sim_ros.report import numbers
+from soft_sim_ros.report import numbers, view
 from soft_sim_ros.report.style import RC
 
 if TYPE_CHECKING:
@@ -45,9 +45,13 @@ td { font-variant-numeric: tabular-nums; }
 .note { border-left: 4px solid #d55e00; background: #fff6ef; padding: 10px 14px;
   border-radius: 4px; margin: 0 0 18px; }
 .note p { margin: 0; }
+details.more { margin: 0 0 18px; } details.more .tables { margin-top: 12px; }
 summary { cursor: pointer; font-weight: 600; }
 pre { font: 12.5px/1.45 ui-monospace, SFMono-Regular, Menlo, Consolas, monospace;
   overflow-x: auto; margin: 12px 0 0; }
+@media (max-width: 560px) {
+  main { padding: 16px 10px 40px; } .card { padding: 12px; } h1 { font-size: 21px; }
+  .wide { overflow-x: auto; } .wide img { min-width: 620px; } }
 @media print { body { background: #fff; } .card { break-inside: avoid; } }
 """
 
@@ -90,9 +94,9 @@ def picture(run: Run | str | Path, path: str | Path) -> Path:
     run = run if isinstance(run, Run) else read_run(run)
     if len(run.backbone) == 0:
         raise RecordingError(run.path, "cannot be drawn: it holds no backbone messages")
-    from soft_sim_ros.report.motion import drawable, motion
+    from soft_sim_ros.report.motion import motion
 
-    if not drawable(run).any():
+    if not numbers.drawable(run).any():
         raise RecordingError(run.path, "cannot be drawn: no backbone in it has finite positions")
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -122,14 +126,18 @@ def _page(run: Run, summary: dict) -> str:
         f"<h1>{title}</h1>",
         f'<p class="sub">{html.escape(origin)}</p>',
         _notes(run, summary),
+        view.section(run),
         _pictures(run, summary),
         '<div class="tables">',
         _table("Motion", numbers.motion_rows(run)),
         _table("Speed", numbers.speed_rows(summary)),
         _table("Accuracy", numbers.accuracy_rows(run, summary)),
-        _table("Machine and versions", numbers.machine_rows(run)),
         "</div>",
+        '<details class="more"><summary>Machine, versions and messages</summary>'
+        '<div class="tables">',
+        _table("Machine and versions", numbers.machine_rows(run)),
         _table("Messages by topic", [(numbers.short(t), f"{n:,}") for t, n in run.counts.items()]),
+        "</div></details>",
     ]
     if run.scene_text is not None:
         parts.append(
@@ -140,7 +148,7 @@ def _page(run: Run, summary: dict) -> str:
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{title}</title>\n<style>{_CSS}</style>\n</head>\n"
+        f"<title>{title}</title>\n<style>{_CSS}{view.CSS}</style>\n</head>\n"
         f"<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
     )
 
@@ -171,10 +179,10 @@ def _notes(run: Run, summary: dict) -> str:
 
 def _pictures(run: Run, summary: dict) -> str:
     from soft_sim_ros.report import plots
-    from soft_sim_ros.report.motion import drawable, motion
+    from soft_sim_ros.report.motion import motion
 
     pictures: list[tuple[str, bool, Callable[[], Figure]]] = [
-        ("Backbone and path of the tip", bool(drawable(run).any()), lambda: motion(run)),
+        ("Backbone and path of the tip", bool(numbers.drawable(run).any()), lambda: motion(run)),
         ("Tip", len(numbers.tip_path(run)[0]) > 0, lambda: plots.tip(run)),
         ("Actuators", bool(run.joint_states.name), lambda: plots.actuators(run)),
         ("Energy", len(run.energy) > 0, lambda: plots.energy(run)),
@@ -185,9 +193,9 @@ def _pictures(run: Run, summary: dict) -> str:
         ),
     ]
     return "\n".join(
-        f'<section class="card"><h2>{title}</h2><img alt="{title}" '
+        f'<section class="card"><h2>{title}</h2><div class="wide"><img alt="{title}" '
         f'src="data:image/svg+xml;base64,{base64.b64encode(drawn(draw, "svg")).decode()}">'
-        "</section>"
+        "</div></section>"
         for title, there, draw in pictures
         if there
     )

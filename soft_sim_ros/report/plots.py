@@ -17,7 +17,9 @@ from soft_sim_ros.report.style import COLOURS, FAINT, INK, look, shown, thin
 from soft_sim_ros.report.units import grouped, port_units
 
 _WIDTH = 10.0
-_MOST_NAMES = 12  # more lines than this are drawn without a legend
+_MOST_NAMES = 32  # more lines than this are drawn without a legend: no two of these look alike
+_COLUMN = 12  # names in one column of a legend
+_APART = 0.08  # of the time shown: events closer than this share one label
 _MOST_LINES = 64  # no more are drawn
 
 
@@ -152,14 +154,24 @@ def _two(upper: float, lower: float) -> tuple[Figure, NDArray]:
 def _legend(axes: Axes) -> None:
     lines = axes.get_legend_handles_labels()[1]
     if 0 < len(lines) <= _MOST_NAMES:
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), borderaxespad=0.4)
+        axes.legend(
+            loc="upper left",
+            bbox_to_anchor=(1.0, 1.02),
+            borderaxespad=0.4,
+            ncols=-(-len(lines) // _COLUMN),
+            handlelength=2.6,  # long enough for dashes to be told apart
+        )
 
 
 def _mark_events(run: Run, *panels: Axes) -> None:
     """Mark resets, pauses and the like by thin vertical lines, named once."""
+    room, free = _APART * max(run.end - run.start, 1e-9), -np.inf
     for time_ns, text in run.events[:40]:
         for axes in panels:
             axes.axvline(time_ns / 1e9, color="#9aa5b1", linewidth=0.8, linestyle=(0, (2, 2)))
+        if time_ns / 1e9 < free:  # the line says it, a label would lie on the one before
+            continue
+        free = time_ns / 1e9 + room
         panels[0].text(
             time_ns / 1e9,
             1.0,

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.recording.reader import Run
-from soft_sim_ros.scene import parse_scene
+from soft_sim_ros.scene import Scene, parse_scene
 from soft_sim_ros.scene.actuator import Units
 
 UNKNOWN = Units("", "", "", "")
@@ -19,7 +19,13 @@ def port_units(run: Run) -> dict[str, Units]:
     Empty where no scene is inside, or one that this version cannot read (of a later version, or
     with profiles that a program has registered): a report has no unit then rather than a wrong one.
     """
-    return _units_of(run.scene_text or "")
+    scene = scene_of(run)
+    return {} if scene is None else {a.name: a.units for a in scene.actuators}
+
+
+def scene_of(run: Run) -> Scene | None:
+    """Return the scene inside a recording; None without one that this version can read."""
+    return _scene_of(run.scene_text or "")
 
 
 def grouped(names: Iterable[str], units: dict[str, Units]) -> dict[tuple[str, str], list[int]]:
@@ -37,9 +43,8 @@ def labelled(name: str, unit: str) -> str:
 
 
 @lru_cache(maxsize=8)
-def _units_of(text: str) -> dict[str, Units]:
+def _scene_of(text: str) -> Scene | None:
     try:
-        scene = parse_scene(text)
+        return parse_scene(text)
     except SceneError:
-        return {}
-    return {actuator.name: actuator.units for actuator in scene.actuators}
+        return None

@@ -12,7 +12,7 @@ from soft_sim_ros.commands import VERBS
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ("LICENSE", "package.xml", "setup.py", "setup.cfg", "resource", "config", "launch",
-           "soft_sim_ros")  # fmt: skip
+           "viewers", "soft_sim_ros")  # fmt: skip
 
 
 @pytest.fixture

@@ -42,6 +42,8 @@ def test_data_files_are_there(prefix):
     share = prefix / "share" / "soft_sim_ros"
     assert (share / "package.xml").is_file()
     assert (share / "launch" / "simulate.launch.py").is_file()
+    assert (share / "launch" / "view.launch.py").is_file()
+    assert (share / "viewers" / "view.rviz").is_file()
     assert (share / "config" / "soft_arm.yaml").is_file()
 
 

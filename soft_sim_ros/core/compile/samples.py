@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from soft_sim_ros.core.floats import Floats
@@ -13,20 +15,30 @@ from .chain import Chain, RodMap
 from .element import Element
 from .scene import Compiled
 
+if TYPE_CHECKING:
+    from .link import LinkMap
+
+Place = tuple[int, Segment]  # a node, and the step from it
+
 
 def sample_frames(compiled: Compiled, s: Floats) -> Samples:
     """Return samples at arc lengths ``s`` (P,) in m, counted along all rods, base to tip."""
     chain = compiled.chain
-    nodes, steps = [], []
+    places = []
     for value in s:
-        node, segment = _locate(chain, float(value))
+        place = _locate(chain, float(value))
         if value == s[-1] and value >= compiled.length * (1.0 - 1e-12):
-            node, segment = chain.node, Segment(0.5, 0.0, np.zeros((2, 6)))  # the tip, tools too
-        nodes.append(node)
-        steps.append(segment)
+            place = at_node(chain.node)  # the tip, tools too
+        places.append(place)
+    return samples_at(places)
+
+
+def samples_at(places: list[Place]) -> Samples:
+    """Return samples at places (P of them)."""
+    steps = [segment for _, segment in places]
     entries = flat_entries(steps)
     return Samples(
-        node=ints(nodes),
+        node=ints([node for node, _ in places]),
         half=floats([x.half for x in steps]),
         kappa=floats([x.kappa for x in steps]),
         xi0=floats([x.xi0 for x in steps]).reshape(-1, 2, 6),
@@ -37,26 +49,35 @@ def sample_frames(compiled: Compiled, s: Floats) -> Samples:
     )
 
 
-def _locate(chain: Chain, s: float) -> tuple[int, Segment]:
-    """Return the node before arc length s, and the step from it."""
-    nothing = Segment(0.5, 0.0, np.zeros((2, 6)))
+def at_node(node: int) -> Place:
+    """Return the place that a node of the chain is."""
+    return node, Segment(0.5, 0.0, np.zeros((2, 6)))
+
+
+def _locate(chain: Chain, s: float) -> Place:
+    """Return the place at an arc length s in m along all rods."""
     spans = chain.spans
     for i, span in enumerate(spans):
         if s > span.length and i < len(spans) - 1:
             s -= span.length
             continue
-        if not isinstance(span, RodMap):
-            return span.sample(min(s, span.length))
-        element = _element_at(span, s)
-        k = element.first_segment
-        while chain.segments[k].span[1] < min(s, element.span[1]):
-            k += 1
-        begin = chain.segments[k].span[0]
-        s = min(s, element.span[1])
-        if s >= chain.segments[k].span[1]:
-            return k + 1, nothing
-        return (k, element.step(begin, s)) if s > begin else (k, nothing)
-    return chain.node, nothing
+        return locate_in(chain, span, s)
+    return at_node(chain.node)
+
+
+def locate_in(chain: Chain, span: RodMap | LinkMap, s: float) -> Place:
+    """Return the place at an arc length s in m along one rod or floating-frame link."""
+    if not isinstance(span, RodMap):
+        return span.sample(min(s, span.length))
+    element = _element_at(span, s)
+    k = element.first_segment
+    while chain.segments[k].span[1] < min(s, element.span[1]):
+        k += 1
+    begin = chain.segments[k].span[0]
+    s = min(s, element.span[1])
+    if s >= chain.segments[k].span[1]:
+        return at_node(k + 1)
+    return (k, element.step(begin, s)) if s > begin else at_node(k)
 
 
 def _element_at(rod_map: RodMap, s: float) -> Element:

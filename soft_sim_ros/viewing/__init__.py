@@ -1,0 +1,1 @@
+"""What an arm looks like: outlines, tubes, shapes and their colours; no ROS."""

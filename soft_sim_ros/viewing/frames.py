@@ -1,0 +1,62 @@
+"""Frames anywhere on an arm: at arc lengths of its rods, at joints, rigid bodies, base and tip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from soft_sim_ros.core.recursion.output import sample_poses
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.model.model import new_data
+from soft_sim_ros.core.compile.samples import Place, at_node, locate_in, samples_at
+from soft_sim_ros.errors import BadArgument
+
+if TYPE_CHECKING:
+    from soft_sim_ros.core.compile.scene import Compiled
+
+BASE, TIP = "base", "tip"
+Spot = tuple[str, float]  # a body (or BASE, TIP), and an arc length in m for a rod or link
+
+
+class Frames:
+    """Poses of spots of an arm; quaternions keep their sign from call to call.
+
+    Parameters
+    ----------
+    compiled : the arm
+    q : (n,) its coordinates, contiguous doubles, read anew at every call
+    spots : P of them
+    """
+
+    def __init__(self, compiled: Compiled, q: Floats, spots: Sequence[Spot]) -> None:
+        self.spots = tuple(spots)
+        self._model, self._q = compiled.model, q
+        self._data = new_data(compiled.model)
+        self._samples = samples_at([_place(compiled, spot) for spot in self.spots])
+        self._base = np.concatenate([compiled.base[:3, :3].ravel(), compiled.base[:3, 3]])
+        self._poses = np.zeros((len(self.spots), 7))
+        self._poses[:, 6] = 1.0
+        self._zero = np.zeros(len(compiled.coordinate_names))
+
+    def poses(self) -> Floats:
+        """Return poses (P, 7) x y z qx qy qz qw in the world, reused by the next call."""
+        sample_poses(
+            self._model, self._data, self._samples, self._base, self._q, self._zero, self._poses
+        )
+        return self._poses
+
+
+def _place(compiled: Compiled, spot: Spot) -> Place:
+    name, s = spot
+    chain = compiled.chain
+    if name in chain.rods:
+        return locate_in(chain, chain.rods[name], s)
+    if name in chain.links:
+        return locate_in(chain, chain.links[name], s)
+    if name in chain.frames:
+        return at_node(chain.frames[name])
+    if name not in (BASE, TIP):
+        raise BadArgument("name", name, "a body of the scene, 'base' or 'tip'")
+    return at_node(0 if name == BASE else chain.node)
