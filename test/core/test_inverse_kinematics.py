@@ -1,5 +1,7 @@
 """Efforts for a tip pose, against arcs in closed form, random round trips and another optimiser."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scenes import rod_document, scene_of
@@ -10,7 +12,7 @@ from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.inverse_kinematics import inverse_kinematics, tip_sensitivity
 from soft_sim_ros.core.statics import equilibrium
 from soft_sim_ros.core.tip_target import make_task
-from soft_sim_ros.errors import TargetUnreachable
+from soft_sim_ros.errors import NotResolved, TargetUnreachable
 from soft_sim_ros.scene import load_scene
 
 LENGTH, RADIUS, E = 0.6, 0.03, 1e6
@@ -224,3 +226,22 @@ def test_weights_say_which_effort_is_dear(arm):
 def test_bad_questions_are_refused(arm, arguments, told):
     with pytest.raises(ValueError, match=told):
         inverse_kinematics(arm, **arguments)
+
+
+def test_a_result_that_the_basis_does_not_show_is_told_of_once():
+    document = rod_document(strains=["bend_z"], order=3)
+    document.pop("numerics")
+    document["actuators"] = [{"moment": "m", "rod": "rod", "section": "s", "strain": "bend_z"}]
+    dynamics = Dynamics(scene_of(document))
+    loads = {"tip": np.array([0.0, 0.0, 0.0, 0.0, 60.0 * EI / LENGTH**2, 0.0])}
+    q = equilibrium(dynamics, efforts=[0.1 * EI / LENGTH], check=False, **loads)
+    target = dynamics.node_poses(q)[-1][:3, 3]
+    with pytest.warns(NotResolved) as said:
+        found = inverse_kinematics(dynamics, target, **loads)
+    assert len(said) == 1 and said[0].message.error > said[0].message.limit
+    assert said[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        same = inverse_kinematics(dynamics, target, check=False, **loads)
+        inverse_kinematics(bender(), arc(0.4, -0.9), check=True)  # which any basis shows
+    np.testing.assert_array_equal(same.efforts, found.efforts)

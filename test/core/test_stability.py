@@ -12,6 +12,7 @@ from soft_sim_ros.core.dynamics import Dynamics
 from soft_sim_ros.core.load_path import tip_wrench, whole_load
 from soft_sim_ros.core.modes import complex_modes, modes
 from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.small_motion import all_decay, small_motions
 from soft_sim_ros.core.stability import verdict
 from soft_sim_ros.core.statics import equilibrium
 from soft_sim_ros.errors import StaticsFailed, UndampedFlutter
@@ -235,3 +236,23 @@ def test_the_branch_that_buckled_bifurcates_too_where_its_load_turns_round():
     assert again.kind == BIFURCATION
     assert again.load == pytest.approx(np.pi**2 / 4, rel=1e-4)
     assert back.q[-1] == pytest.approx(-back.q[0], abs=1e-6 / dynamics.model.weight.min())
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_what_is_said_to_decay_without_shapes_does_not_grow_with_them(seed):
+    """The short answer agrees with the long one on either side, and never calls growth decay."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 12))
+    a, b, c = rng.normal(size=(3, n, n))
+    stiffness = np.eye(n) + 0.2 * (seed % 4) * (a - a.T)
+    damping, mass = 0.1 * (b @ b.T) + 0.01 * np.eye(n), c @ c.T + 0.1 * np.eye(n)
+    scale = rng.uniform(0.1, 10.0, n)
+    unit = np.outer(scale, scale)
+    given = stiffness * unit, damping * unit, mass * unit, scale
+    first = np.block([[np.zeros((n, n)), np.eye(n)],
+                      [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]])  # fmt: skip
+    grows = bool(np.linalg.eigvals(first).real.max() > 0.0)
+    assert bool(small_motions(*given).growing.any()) == grows
+    assert all_decay(*given) == (not grows)
+    undamped = stiffness * unit, np.zeros((n, n)), mass * unit, scale
+    assert not all_decay(*undamped)
