@@ -249,8 +249,8 @@ def test_what_is_said_to_decay_without_shapes_does_not_grow_with_them(seed):
     scale = rng.uniform(0.1, 10.0, n)
     unit = np.outer(scale, scale)
     given = stiffness * unit, damping * unit, mass * unit, scale
-    first = np.block([[np.zeros((n, n)), np.eye(n)],
-                      [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]])  # fmt: skip
+    below = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
+    first = np.vstack([np.eye(n, 2 * n, n), below])
     grows = bool(np.linalg.eigvals(first).real.max() > 0.0)
     assert bool(small_motions(*given).growing.any()) == grows
     assert all_decay(*given) == (not grows)
