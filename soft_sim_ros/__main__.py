@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -25,6 +26,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("verb", choices=VERBS, metavar="VERB")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, metavar="…")
     options = parser.parse_args(argv)
+    if options.verb == "check":  # its matrices are small: threads would wait for one another
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     module = import_module(f"soft_sim_ros.commands.{options.verb}")
     result: int = module.main(options.arguments)
     return result

@@ -5,6 +5,8 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from multiprocessing.connection import Connection, wait
 from typing import Any
@@ -103,6 +105,7 @@ def _work(function: Callable[..., Any], connection: Connection) -> None:
     for number in (signal.SIGINT, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # they reach the parent, which tells us
     signal.signal(signal.SIGTERM, _interrupt)
+    threading.Thread(target=_watch_parent, daemon=True).start()
     try:
         while True:
             task = connection.recv()
@@ -113,6 +116,17 @@ def _work(function: Callable[..., Any], connection: Connection) -> None:
             connection.send(answer)
     except (EOFError, BrokenPipeError, KeyboardInterrupt):
         pass  # the parent has what it wanted, or is gone
+
+
+def _watch_parent() -> None:
+    """Interrupt the task when the parent dies: nobody would hear its answer. Then end it."""
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+    wait([parent.sentinel])
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(GRACE)  # in this process: compiled code may be stuck in the other thread
+    os._exit(1)
 
 
 def _interrupt(*_: object) -> None:

@@ -52,9 +52,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"warning: {warning}")
     line = Line()
     with compiling():
-        scene = settled(scene, line.show)
+        chosen = settled(scene, line.show)
         line.clear()
-        simulation = Simulation(scene)
+        simulation = Simulation(chosen)
         q, state = rest(simulation)
         lines = [*numbers(simulation, q, state), *accuracy(scene, simulation, q, state)]
     for line in lines:

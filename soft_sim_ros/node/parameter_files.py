@@ -6,8 +6,11 @@ from collections.abc import Iterator, Sequence
 
 import yaml
 
+from soft_sim_ros.errors import SoftSimError
+from soft_sim_ros.files import read_bytes
 from soft_sim_ros.foreign import listed, one_line
 from soft_sim_ros.node.start import parameter_files
+from soft_sim_ros.scene.document import MOST_TEXT, words_of
 
 _ENTRIES = "ros__parameters"
 
@@ -22,10 +25,9 @@ def passed_over(args: Sequence[str], node: str) -> Iterator[str]:
     """
     for file in parameter_files(args):
         try:
-            with open(file, "rb") as stream:  # bytes: YAML says itself how they are encoded
-                # The plain loader makes nothing but words, lists and mappings of what is there.
-                names = list(_nodes(yaml.load(stream, Loader=yaml.BaseLoader), ""))
-        except (yaml.YAMLError, ValueError, RecursionError, OSError) as error:
+            # bytes: YAML says itself how they are encoded
+            names = list(_nodes(words_of(read_bytes(file, MOST_TEXT)), ""))
+        except (SoftSimError, yaml.YAMLError, ValueError, RecursionError, OSError) as error:
             what = type(error).__name__
             yield f"{one_line(file)} cannot be searched for names of nodes ({what})"
             continue

@@ -22,6 +22,7 @@ from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import LEDGER
 
 _RESIDUAL = LEDGER.index("residual")
+LONGEST_STEPPING = 2.0  # s of one ~/step: nothing else of the node answers meanwhile
 _LEDGER_PERIOD_NS = 500_000_000
 
 
@@ -275,9 +276,15 @@ class Physics:
             return False, f"the solver gave up {self.diverged}: call ~/reset first"
         self._event("step")
         last = self.simulation.step_index + steps
+        end = time.monotonic() + LONGEST_STEPPING
         while (left := last - self.simulation.step_index) > 0:
             if self._stop.is_set():
                 return False, f"ended {left} steps early"
+            if time.monotonic() > end:
+                if self.simulation.step_index != self._sent:
+                    self._emit()
+                made = f"{steps - left} of {steps} steps, now at t = {self.simulation.time:.9g} s"
+                return False, f"{made}: more take over {LONGEST_STEPPING:g} s; call ~/step again"
             if not self._advance(min(left, self.grid.steps_from(self.simulation.step_index))):
                 return False, f"the solver gave up {self.diverged}"
             if self.simulation.step_index % self.grid.publish == 0:

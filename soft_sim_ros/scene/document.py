@@ -20,12 +20,24 @@ MOST_MEANT = 1_000_000  # the same with every alias and merge in full
 MERGE = "tag:yaml.org,2002:merge"
 
 
-class _Loader(yaml.SafeLoader):
-    """Composes nodes, and refuses tags, which would mean nothing here, and endless texts."""
+class _Bounded(yaml.SafeLoader):
+    """Composes nodes, and refuses endless texts."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str | bytes) -> None:
         super().__init__(text)
         self._entries = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Compose the next node."""
+        self._entries += 1
+        if self._entries > MOST_ENTRIES:
+            problem, mark = f"more than {MOST_ENTRIES} entries", self.peek_event().start_mark
+            raise yaml.composer.ComposerError(None, None, problem, mark)
+        return super().compose_node(parent, index)
+
+
+class _Loader(_Bounded):
+    """Composes nodes, and refuses tags, too, which would mean nothing here."""
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         """Compose the next node."""
@@ -33,10 +45,6 @@ class _Loader(yaml.SafeLoader):
         tag = getattr(event, "tag", None)
         if tag is not None:
             raise yaml.composer.ComposerError(None, None, f"found the tag {tag}", event.start_mark)
-        self._entries += 1
-        if self._entries > MOST_ENTRIES:
-            problem = f"more than {MOST_ENTRIES} entries"
-            raise yaml.composer.ComposerError(None, None, problem, event.start_mark)
         return super().compose_node(parent, index)
 
 
@@ -93,6 +101,22 @@ class Document:
         if more or len(first) > LONGEST_QUOTE:
             return first[: LONGEST_QUOTE - 2].rstrip() + " …"
         return first
+
+
+def words_of(text: bytes) -> object:
+    """Return a YAML text of another program as words, lists and mappings, within the same bounds.
+
+    Raises
+    ------
+    yaml.YAMLError, ValueError, RecursionError
+        if it is no YAML, or too much
+    """
+    root = yaml.compose(text, Loader=_Bounded)
+    if root is None:
+        return None
+    if (meant := _meant(root, {})) > MOST_MEANT:
+        raise ValueError(f"aliases that stand for {meant:.1e} entries, at most {MOST_MEANT}")
+    return yaml.constructor.BaseConstructor().construct_document(root)
 
 
 def _syntax_error(file: str, problem: str, line: int | None = None) -> SceneError:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from soft_sim_ros.core.recursion.output import sample_poses
+from soft_sim_ros.core.compile.samples import Place, at_node, locate_in, samples_at
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.model import new_data
-from soft_sim_ros.core.compile.samples import Place, at_node, locate_in, samples_at
+from soft_sim_ros.core.recursion.output import sample_poses
 from soft_sim_ros.errors import BadArgument
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 
 from soft_sim_ros.core.algebra import se3
-from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.core.compile.scene import Compiled
+from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.scene import FlexibleLink, Joint, RigidBody, Rod
 from soft_sim_ros.scene.actuator import Actuator, JointActuator
 from soft_sim_ros.scene.cross_section import Rectangle

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -160,3 +161,43 @@ def test_without_dask_the_error_says_what_to_install(scene, tmp_path, monkeypatc
     code = call(scene, "--duration", 0.1, "--out", tmp_path / "out", "--dask", "local")
     assert code == 2
     assert "pip install 'soft_sim_ros[batch]'" in capsys.readouterr().err
+
+
+_PARENT = """
+import sys
+from soft_sim_ros.batch.workers import in_processes
+note = f"open({sys.argv[1]!r}, 'w').write(str(__import__('os').getpid()))"
+task = f"[{note}, __import__('time').sleep(600)]"
+if __name__ == "__main__":
+    list(in_processes(eval, [(task,)], 1))
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks into /proc")
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM])
+def test_no_process_of_a_batch_outlives_it(tmp_path, environment, end):
+    """Of a batch that is killed alone, without its children."""
+    program, told = tmp_path / "parent.py", tmp_path / "pid"
+    program.write_text(_PARENT)
+    parent = subprocess.Popen([sys.executable, str(program), str(told)], env=environment)
+    try:
+        limit = time.monotonic() + 60
+        while not (told.exists() and told.read_text()) and time.monotonic() < limit:
+            time.sleep(0.05)
+        child = Path("/proc", told.read_text())
+        assert _runs(child)
+    finally:
+        parent.send_signal(end)
+        parent.wait()
+    limit = time.monotonic() + 20
+    while _runs(child) and time.monotonic() < limit:
+        time.sleep(0.05)
+    assert not _runs(child)
+
+
+def _runs(process):
+    """Whether a process is there, and no zombie."""
+    try:
+        return (process / "stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except FileNotFoundError:
+        return False

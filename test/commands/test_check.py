@@ -2,6 +2,7 @@
 
 import math
 import re
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -90,3 +91,13 @@ def test_a_step_much_longer_than_recommended_is_doubted(tmp_path, call, capsys, 
         assert call(*words) == 0
         said = "".join(capsys.readouterr())
         assert (f"warning: numerics.step = {step} s is" in said) == told
+
+
+def test_numerics_that_were_chosen_are_not_surveyed_again(capsys, monkeypatch):
+    """The search has looked at statics and motion already, and knows what they are off by."""
+    module = import_module("soft_sim_ros.commands.check")
+    monkeypatch.setattr(module, "survey", lambda *_: pytest.fail("a second look"))
+    assert module.main(["loaded_beam"]) == 0
+    said = capsys.readouterr().out
+    assert "numerics          chosen, none are written: " in said
+    assert "error of the tip  " in said and "error in space" not in said

@@ -9,9 +9,10 @@ from scipy.special import ellipe, ellipk, jv
 
 from soft_sim_ros.core.analysis.continuation import BIFURCATION, LIMIT, follow, switch
 from soft_sim_ros.core.analysis.load_path import one_effort, one_load, tip_wrench, whole_load
+from soft_sim_ros.core.analysis.special_points import SpecialPoint
 from soft_sim_ros.core.analysis.statics import equilibrium
 from soft_sim_ros.core.settled import Dynamics
-from soft_sim_ros.errors import CommandError, NoBranch, StaticsFailed
+from soft_sim_ros.errors import BadArgument, CommandError, NoBranch, StaticsFailed
 
 LENGTH, RADIUS, E = 0.6, 0.03, 1e6
 EI = E * np.pi * RADIUS**4 / 4
@@ -349,3 +350,51 @@ def test_what_cannot_be_followed_says_why():
         one_load(dynamics, "x")
     with pytest.raises(ValueError, match="two finite loads"):
         follow(dynamics, path, zero, within=(0.0, np.inf))
+
+
+def test_a_branch_ends_where_numbers_do():
+    """Never an exception of numpy: neither on the way, nor at the first point."""
+    dynamics = Dynamics(scene_of(rod_document(strains=["bend_z"], order=2)))
+    zero = np.zeros(dynamics.n)
+
+    def path(load):
+        # what is beyond half of the range is not finite: residual, stiffness and slope
+        size = 1e-3 * load if load < 0.5 else np.inf
+        return dynamics.forcing(tip=np.array([0.0, 0.0, 0.0, 0.0, size, 0.0]))
+
+    branch = follow(dynamics, path, zero, within=(0.0, 1.0))
+    assert branch.ended_by == "refused: it is not finite"
+    assert 0.4 < branch.loads[-1] < 0.5 and np.isfinite(branch.q).all()
+    with pytest.raises(NoBranch, match="it is not finite"):
+        follow(dynamics, path, zero, 0.8, within=(0.0, 1.0))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, "a", 1j, None, True, [0.1], -1, 0])
+@pytest.mark.parametrize("name", ["steps", "step", "max_step", "tolerance"])
+def test_lengths_and_counts_of_a_branch_are_checked(column, name, value):
+    dynamics, path, _ = column
+    with pytest.raises(BadArgument, match=f"^{name} must be"):
+        follow(dynamics, path, np.zeros(dynamics.n), within=(0.0, 1.0), **{name: value})
+    if name == "step":
+        return
+    point = SpecialPoint("bifurcation", 0.5, np.zeros(dynamics.n), np.ones((dynamics.n, 1)), 0)
+    with pytest.raises(BadArgument, match=f"^{name} must be"):
+        switch(dynamics, path, point, within=(0.0, 1.0), **{name: value})
+
+
+def test_whole_numbers_of_points_and_loads_within_the_range(column):
+    dynamics, path, _ = column
+    zero = np.zeros(dynamics.n)
+    for steps in (2.5, 1e300, 2**70):
+        with pytest.raises(BadArgument, match="steps"):
+            follow(dynamics, path, zero, within=(0.0, 1.0), steps=steps)
+    for within in ((0.0, np.nan), (1.0, 0.0), (0.0,), "ab", (0.0, 1j)):
+        with pytest.raises(BadArgument, match="within"):
+            follow(dynamics, path, zero, within=within)
+    for load in (np.nan, "a", None):
+        with pytest.raises(BadArgument, match="load"):
+            follow(dynamics, path, zero, load, within=(0.0, 1.0))
+    point = SpecialPoint("bifurcation", 0.5, zero, np.ones((dynamics.n, 1)), 0)
+    for direction in (zero, np.ones(dynamics.n + 1), np.full(dynamics.n, np.nan), "a"):
+        with pytest.raises(BadArgument, match="direction"):
+            switch(dynamics, path, point, within=(0.0, 1.0), direction=direction)

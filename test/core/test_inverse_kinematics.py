@@ -1,5 +1,8 @@
 """Efforts for a tip pose, against arcs in closed form, random round trips and another optimiser."""
 
+import sys
+import warnings
+
 import numpy as np
 import pytest
 from scenes import rod_document, scene_of
@@ -10,7 +13,7 @@ from soft_sim_ros.core.analysis.inverse_kinematics import inverse_kinematics, ti
 from soft_sim_ros.core.analysis.statics import equilibrium
 from soft_sim_ros.core.analysis.tip_target import make_task
 from soft_sim_ros.core.settled import Dynamics
-from soft_sim_ros.errors import TargetUnreachable
+from soft_sim_ros.errors import NotResolved, TargetUnreachable
 from soft_sim_ros.scene import load_scene
 
 LENGTH, RADIUS, E = 0.6, 0.03, 1e6
@@ -224,3 +227,40 @@ def test_weights_say_which_effort_is_dear(arm):
 def test_bad_questions_are_refused(arm, arguments, told):
     with pytest.raises(ValueError, match=told):
         inverse_kinematics(arm, **arguments)
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_a_result_that_the_basis_does_not_show_is_told_of_once(exact):
+    document = rod_document(strains=["bend_z"], order=1)
+    document["actuators"] = [{"moment": "m", "rod": "rod", "section": "s", "strain": "bend_z"}]
+    dynamics = Dynamics(scene_of(document))
+    loads = {"tip": np.array([0.0, 0.0, 0.0, 0.0, 60.0 * EI / LENGTH**2, 0.0])}
+    q = equilibrium(dynamics, efforts=np.array([0.1 * EI / LENGTH]), **loads)
+    target = dynamics.node_poses(q)[-1][:3, 3]
+    if not exact:
+        target = target + np.array([0.0, 0.0, 0.1])  # out of the plane of the arm
+    with pytest.warns(NotResolved) as said:
+        found = inverse_kinematics(dynamics, target, check=True, exact=exact, **loads)
+    assert len(said) == 1 and said[0].message.error > said[0].message.limit
+    assert said[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # who writes a basis asks for the check
+        same = inverse_kinematics(dynamics, target, exact=exact, **loads)
+        inverse_kinematics(bender(), arc(0.4, -0.9), check=True)  # which any basis shows
+    np.testing.assert_array_equal(same.efforts, found.efforts)
+
+
+def test_without_a_written_basis_the_result_is_checked_unless_somebody_refuses(monkeypatch):
+    document = rod_document(strains=["bend_z"])
+    del document["numerics"]
+    document["actuators"] = [{"moment": "m", "rod": "rod", "section": "s", "strain": "bend_z"}]
+    dynamics = Dynamics(scene_of(document))
+    module = sys.modules[inverse_kinematics.__module__]
+    seen = []
+    monkeypatch.setattr(module, "tell_if_coarse", lambda _, q, forcing: seen.append((q, forcing)))
+    found = inverse_kinematics(dynamics, arc(0.0, 1.0))
+    ((q, forcing),) = seen
+    np.testing.assert_array_equal(q, found.q)
+    np.testing.assert_array_equal(forcing.efforts, found.efforts)
+    inverse_kinematics(dynamics, arc(0.0, 1.0), check=False)
+    assert len(seen) == 1

@@ -10,6 +10,7 @@ from scipy.special import jn_zeros
 from soft_sim_ros.core.analysis.continuation import BIFURCATION, follow, switch
 from soft_sim_ros.core.analysis.load_path import tip_wrench, whole_load
 from soft_sim_ros.core.analysis.modes import complex_modes, modes
+from soft_sim_ros.core.analysis.small_motion import all_decay, small_motions
 from soft_sim_ros.core.analysis.stability import verdict
 from soft_sim_ros.core.analysis.statics import equilibrium
 from soft_sim_ros.core.settled import Dynamics, Simulation
@@ -234,3 +235,23 @@ def test_the_branch_that_buckled_bifurcates_too_where_its_load_turns_round():
     assert again.kind == BIFURCATION
     assert again.load == pytest.approx(np.pi**2 / 4, rel=1e-4)
     assert back.q[-1] == pytest.approx(-back.q[0], abs=1e-6 / dynamics.model.weight.min())
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_what_is_said_to_decay_without_shapes_does_not_grow_with_them(seed):
+    """The short answer agrees with the long one on either side, and never calls growth decay."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 12))
+    a, b, c = rng.normal(size=(3, n, n))
+    stiffness = np.eye(n) + 0.2 * (seed % 4) * (a - a.T)
+    damping, mass = 0.1 * (b @ b.T) + 0.01 * np.eye(n), c @ c.T + 0.1 * np.eye(n)
+    scale = rng.uniform(0.1, 10.0, n)
+    unit = np.outer(scale, scale)
+    given = stiffness * unit, damping * unit, mass * unit, scale
+    below = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
+    first = np.vstack([np.eye(n, 2 * n, n), below])
+    grows = bool(np.linalg.eigvals(first).real.max() > 0.0)
+    assert bool(small_motions(*given).growing.any()) == grows
+    assert all_decay(*given) == (not grows)
+    undamped = stiffness * unit, np.zeros((n, n)), mass * unit, scale
+    assert not all_decay(*undamped)

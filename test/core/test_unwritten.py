@@ -144,3 +144,23 @@ def test_a_look_changes_no_bit_of_the_motion():
             inputs.advance(10)
         ends.append(np.concatenate([simulation.q, simulation.v]).tobytes())
     assert ends[0] == ends[1] and inputs.space_rel > 0.0
+
+
+@pytest.mark.parametrize("later", [True, False])
+def test_looks_for_another_thread_begin_before_the_run(later, monkeypatch):
+    """Kernels of the look are compiled before the node is ready, not while it runs."""
+    from soft_sim_ros.core.accuracy import space_watch
+
+    looked = []
+    look = space_watch.motion_error
+    monkeypatch.setattr(
+        space_watch, "motion_error", lambda *seen: looked.append(seen) or look(*seen)
+    )
+    simulation = Simulation(load_scene("soft_arm"))
+    inputs = space_watch.LookedInputs(simulation, 0.0, 0.0, beat=0.02, later=later)
+    assert len(looked) == (1 if later else 0)
+    assert np.isfinite(inputs.space_rel) == later
+    inputs.advance(10)
+    assert len(looked) == 1  # later: another thread has to catch up
+    inputs.catch_up()
+    assert len(looked) == (2 if later else 1)

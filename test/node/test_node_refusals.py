@@ -4,6 +4,7 @@ import json
 import os
 import select
 import sys
+import time
 from pathlib import Path
 from subprocess import PIPE, Popen
 
@@ -203,3 +204,24 @@ def test_an_environment_that_ros_cannot_start_in_is_no_traceback(
     assert program.wait(60.0) == 2
     assert "Traceback" not in program.text
     assert len(program.text.splitlines()) == 1, program.text
+
+
+def test_parameter_files_are_read_within_the_bounds_of_scene_files(tmp_path):
+    from soft_sim_ros.node.parameter_files import passed_over
+
+    def line_of(file):
+        begin = time.process_time()
+        (line,) = passed_over(["--params-file", str(file)], "/soft_arm")
+        assert time.process_time() - begin < 10.0
+        return line
+
+    file = tmp_path / "parameters.yaml"
+    lines = ["a0: &a0 [x, x]"]
+    lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 20)}]" for i in range(1, 12)]
+    odd = ["\n".join(lines), "a: &a {b: *a}", "[" * 10_000, "x: 1\n" * 90_000, "# " + "x" * 2**21]
+    for text in odd:
+        file.write_text(text)
+        assert "cannot be searched for names of nodes" in line_of(file)
+    os.mkfifo(tmp_path / "fifo")
+    for odd_file in ("/dev/zero", tmp_path / "fifo", tmp_path):
+        assert "cannot be searched for names of nodes (UnfitFile)" in line_of(odd_file)

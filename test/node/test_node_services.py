@@ -1,11 +1,15 @@
 """Pause, step and reset: exactly, and only when they make sense."""
 
+import re
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from peer import simulator, wait_for
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
@@ -124,3 +128,28 @@ def test_what_the_services_did_is_told_on_events(arm, peer):
     peer.pause(False)
     wait_for(lambda: len(events) >= 4, "four events")
     assert [m.data for m in events] == ["pause", "step", "reset", "resume"]
+
+
+def test_a_step_of_too_many_steps_ends_by_itself_and_says_how_many_it_made(arm, peer):
+    """While it steps, nothing else of the node answers."""
+
+    def ask_for(count):
+        parameter = Parameter("step_count", value=count).to_parameter_msg()
+        request = SetParameters.Request(parameters=[parameter])
+        (result,) = peer.ask(SetParameters, "soft_arm/set_parameters", request).results
+        assert result.successful, result.reason
+
+    assert peer.pause(True).success
+    before = stamp(last(arm))
+    ask_for(1_000_000)
+    try:
+        begin = time.monotonic()
+        answer = peer.trigger("soft_arm/step")
+        assert time.monotonic() - begin < 10.0
+    finally:
+        ask_for(0)
+    assert not answer.success
+    made = int(re.match(r"(\d+) of 1000000 steps, now at t = ", answer.message)[1])
+    assert 0 < made < 1_000_000
+    step_ns = round(1e9 * yaml.safe_load(SCENE.read_text())["numerics"]["step"])
+    assert stamp(last(arm)) - before == made * step_ns  # it holds what was said

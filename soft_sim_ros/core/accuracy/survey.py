@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +48,8 @@ def survey(simulation: Simulation, q: np.ndarray | None) -> Survey | None:
     known = [forcing for forcing in cases(dynamics) if forcing.tip is None]
     corners = max((error_of(dynamics, forcing)[0] for forcing in known), default=0.0)
     rest = 0.0 if q is None else static_error(dynamics, q, acting(simulation))
-    one = Simulation(simulation.scene)
+    one = copy.copy(simulation)
+    one.reset()
     other = Simulation(finer(simulation.dynamics).compiled.scene)
     steps = max(1, round(SHORT * 1e9 / one.step_ns))
     free = Drive(np.zeros(0, np.int64), np.zeros((0, one.n_actuators)), steps, max(1, steps // 50))

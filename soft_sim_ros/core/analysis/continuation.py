@@ -14,9 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from soft_sim_ros.core.arguments import number, vector, whole
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.errors import NoBranch
+from soft_sim_ros.errors import BadArgument, NoBranch
 
 from .curve import Curve, State
 from .load_path import LoadPath
@@ -27,6 +28,7 @@ __all__ = ["BIFURCATION", "LIMIT", "Branch", "SpecialPoint", "follow", "switch"]
 
 LARGEST_TURN = 0.3  # rad that the tangent may turn in one step
 MIN_STEP = 1e-7
+MOST_POINTS = 1_000_000
 STEP, LARGEST_STEP, TOLERANCE = 0.02, 0.1, 1e-11
 
 
@@ -91,7 +93,8 @@ def follow(
     A step is shortened where the branch turns by more than 0.3 rad or Newton's method fails; if
     it cannot be made, the branch so far is returned with ``ended_by`` = "refused: …". What is
     stable is what ``equilibrium`` calls so; special points are static, where flutter begins is seen
-    from ``unstable`` only.
+    from ``unstable`` only. Unlike in ``equilibrium``, nobody asks whether basis and nodes are fine
+    enough for the branch: where it bends much, compare with a higher order.
     """
     curve = Curve(dynamics, path, within)
     _check(curve, load, steps=steps, step=step, max_step=max_step, tolerance=tolerance)
@@ -131,7 +134,12 @@ def switch(
     """
     curve = Curve(dynamics, path, within)
     _check(curve, point.load, steps=steps, offset=offset, max_step=max_step, tolerance=tolerance)
-    aside = np.append(point.directions[:, 0] if direction is None else direction, 0.0) / curve.scale
+    if direction is None:
+        direction = point.directions[:, 0]
+    direction = vector("direction", direction, dynamics.n, finite=True)
+    if not direction.any():
+        raise BadArgument("direction", direction, f"{dynamics.n} numbers that are not all zero")
+    aside = np.append(direction, 0.0) / curve.scale
     aside /= np.linalg.norm(aside)
     origin = np.append(point.q, point.load) / curve.scale
     start = curve.correct(origin + offset * aside, aside, tolerance)
@@ -142,11 +150,13 @@ def switch(
     return _march(curve, start, steps, offset, max_step, tolerance)
 
 
-def _check(curve: Curve, load: float, **above_zero: float) -> None:
+def _check(curve: Curve, load: float, steps: int, **above_zero: float) -> None:
     """Refuse a branch that could not be followed as it is asked for."""
+    whole("steps", steps, 1, MOST_POINTS)
     for name, value in above_zero.items():
-        if not value > 0:
-            raise ValueError(f"{name} must be above zero, not {value!r}")
+        if not number(name, value, expected="finite number above zero") > 0.0:
+            raise BadArgument(name, value, "a finite number above zero")
+    number("load", load)
     if not curve.within[0] <= load <= curve.within[1]:
         raise ValueError(f"the branch starts at the load {load:g}, not within {curve.within}")
 

@@ -6,16 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from soft_sim_ros.core.arguments import real
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.integrators.newton import CONVERGED, REASONS, admissible
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.model.model import Data
+from soft_sim_ros.errors import BadArgument
 
 from .load_path import LoadPath
 from .small_motion import unit_scale
 
 SHIFT = 1e-3  # of the range of λ, in difference quotients
 ITERATIONS = 12
+LOADS = "two finite loads, low < high"
 
 
 class State(NamedTuple):
@@ -32,11 +35,12 @@ class Curve:
     """The curve r(u) = 0 in scaled unknowns."""
 
     def __init__(self, dynamics: Dynamics, path: LoadPath, within: tuple[float, float]) -> None:
-        low, high = within
-        if not (np.isfinite(low) and np.isfinite(high) and low < high):
-            raise ValueError(f"within = {within!r}: expected two finite loads, low < high")
+        ends = real("within", within, LOADS)
+        if ends.shape != (2,) or not (np.isfinite(ends).all() and ends[0] < ends[1]):
+            raise BadArgument("within", within, LOADS)
+        low, high = ends
         self.dynamics, self.path, self.within = dynamics, path, (float(low), float(high))
-        self.range = high - low
+        self.range = self.within[1] - self.within[0]
         self.scale = np.append(1.0 / dynamics.model.weight, self.range)
         self.zero = np.zeros(dynamics.n)
         self.why = ""

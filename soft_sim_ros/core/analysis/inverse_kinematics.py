@@ -17,6 +17,7 @@ from scipy.optimize import lsq_linear
 from soft_sim_ros.core.arguments import vector
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.refine.space_error import Forcing, tell_if_coarse
 from soft_sim_ros.errors import StaticsFailed, TargetUnreachable
 
 from .tip_target import Point, Reach, Task, make_task, tip_sensitivity
@@ -41,6 +42,7 @@ def inverse_kinematics(
     tolerance: float = 1e-8,
     tries: int = 6,
     exact: bool = True,
+    check: bool | None = None,
 ) -> Reach:
     """Return the least efforts that hold the tip, at rest, at a position and in an orientation.
 
@@ -56,6 +58,14 @@ def inverse_kinematics(
     tolerance : largest error that counts as reached, arm lengths and rad
     tries : how many starts: after the first, random ones within finite limits, always the same
     exact : whether a target out of reach is an error; otherwise the nearest pose is the result
+
+    check : whether to ask a finer basis, once, how far off the tip of the result is, and to warn;
+        by default, where the scene's author wrote no basis
+
+    Warns
+    -----
+    NotResolved
+        if basis and nodes are too coarse for the result (``check``, as in ``statics.equilibrium``)
 
     Raises
     ------
@@ -86,11 +96,14 @@ def inverse_kinematics(
     if best is None:  # either it finds a way, or it says why there is none
         best = _approach(task, task.at(starts[0], None, thorough=True))
     if best.size <= tolerance:
-        return task.result(_ease(task, best))
-    closest = task.result(best)
-    if exact:
-        raise TargetUnreachable(closest.distance, closest.angle, closest)
-    return closest
+        reach = task.result(_ease(task, best))
+    else:
+        reach = task.result(best)
+        if exact:
+            raise TargetUnreachable(reach.distance, reach.angle, reach)
+    if check or (check is None and not dynamics.compiled.scene.numerics.space_written):
+        tell_if_coarse(dynamics, reach.q, Forcing(reach.efforts, time, 1.0, tip, tip_follows))
+    return reach
 
 
 def _starts(task: Task, start: Floats | None, tries: int) -> list[Floats]:

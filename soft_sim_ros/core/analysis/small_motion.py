@@ -112,6 +112,19 @@ def _try_root(matrix: Floats) -> Floats | None:
     return np.asarray(root) if least**2 > NEUTRAL else None
 
 
+def all_decay(stiffness: Floats, damping: Floats, mass: Floats, scale: Floats) -> bool:
+    """Return whether no motion of ``small_motions`` grows at all, so that no doubt need be known.
+
+    Without shapes, which cost some times as much. Without damping something always grows by
+    round-off: then this says nothing.
+    """
+    if len(scale) == 0 or not damping.any():
+        return len(scale) == 0
+    inverse = _inverse_problem(stiffness, damping, mass, scale)
+    found = scipy.linalg.eigvals(inverse.matrix, check_finite=False)
+    return bool((_values(inverse, found).real <= 0.0).all())
+
+
 def small_motions(stiffness: Floats, damping: Floats, mass: Floats, scale: Floats) -> Motions:
     """Return all motions of M δq̈ + R δq̇ + K δq = 0.
 
@@ -130,6 +143,35 @@ def small_motions(stiffness: Floats, damping: Floats, mass: Floats, scale: Float
     n = len(scale)
     if n == 0:
         return Motions(np.zeros(0, complex), np.zeros((0, 0), complex), np.zeros(0))
+    problem = _inverse_problem(stiffness, damping, mass, scale)
+    found = scipy.linalg.eig(problem.matrix, left=True, right=True, check_finite=False)
+    inverse, left, right_vectors = (np.asarray(x, dtype=complex) for x in found)
+    inverse = _some(inverse)
+    values = _values(problem, inverse)
+    shapes = right_vectors[:n]
+    with np.errstate(divide="ignore", over="ignore"):
+        condition = 1.0 / np.abs(np.sum(left.conj() * right_vectors, axis=0))
+        doubts = 10.0 * n * EPS * condition / (problem.pace * np.abs(inverse) ** 2)
+    y = scipy.linalg.lu_solve(problem.factors, left[:n], trans=2, check_finite=False)
+    scaled = problem.stiffness, problem.damping, problem.mass
+    doubts = doubts + _entries(*scaled, values, shapes, y)
+    return Motions(values, np.asarray(shapes / scale[:, None], dtype=complex), doubts)
+
+
+class _Inverse(NamedTuple):
+    """The inverse problem: its matrix (2n, 2n) over ``pace``, and what it was made of."""
+
+    matrix: Floats
+    pace: float
+    begin: float
+    factors: tuple[Floats, NDArray[np.int32]]
+    stiffness: Floats
+    damping: Floats
+    mass: Floats
+
+
+def _inverse_problem(stiffness: Floats, damping: Floats, mass: Floats, scale: Floats) -> _Inverse:
+    n = len(scale)
     unit = np.outer(scale, scale)
     stiffness, damping = stiffness / unit, damping / unit
     mass = 0.5 * (mass + mass.T) / unit
@@ -141,18 +183,18 @@ def small_motions(stiffness: Floats, damping: Floats, mass: Floats, scale: Float
     right = scipy.linalg.lu_solve(factors, np.hstack([lost, root]), check_finite=False)
     matrix = np.block([[-right[:, :n], -right[:, n:]], [root.T, np.zeros((n, n))]])
     pace = float(np.linalg.norm(matrix, 2)) or 1.0
-    found = scipy.linalg.eig(matrix / pace, left=True, right=True, check_finite=False)
-    inverse, left, right_vectors = (np.asarray(x, dtype=complex) for x in found)
+    return _Inverse(matrix / pace, pace, begin, factors, stiffness, damping, mass)
+
+
+def _values(problem: _Inverse, inverse: NDArray) -> Complex:
+    """Return s (2n,) in 1/s of the eigenvalues of the inverse problem."""
+    return np.asarray(problem.begin + 1.0 / (problem.pace * _some(inverse)), dtype=complex)
+
+
+def _some(inverse: NDArray) -> Complex:
+    """Return eigenvalues none of which is zero: what has no mass falls back at once."""
     tiny = EPS * EPS
-    inverse = np.where(np.abs(inverse) < tiny, -tiny, inverse)  # no mass: falls back at once
-    values = np.asarray(begin + 1.0 / (pace * inverse), dtype=complex)
-    shapes = right_vectors[:n]
-    with np.errstate(divide="ignore", over="ignore"):
-        condition = 1.0 / np.abs(np.sum(left.conj() * right_vectors, axis=0))
-        doubts = 10.0 * n * EPS * condition / (pace * np.abs(inverse) ** 2)
-    y = scipy.linalg.lu_solve(factors, left[:n], trans=2, check_finite=False)
-    doubts = doubts + _entries(stiffness, damping, mass, values, shapes, y)
-    return Motions(values, np.asarray(shapes / scale[:, None], dtype=complex), doubts)
+    return np.asarray(np.where(np.abs(inverse) < tiny, -tiny, inverse), dtype=complex)
 
 
 def _entries(

@@ -19,7 +19,7 @@ import numpy as np
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 
-from .small_motion import EPS, is_symmetric, leaving, small_motions, unit_scale
+from .small_motion import EPS, all_decay, is_symmetric, leaving, small_motions, unit_scale
 
 # Beyond so many coordinates motions without symmetry are looked at in the slowest directions only.
 SLOWEST = 300
@@ -73,6 +73,8 @@ def verdict(dynamics: Dynamics, mask: np.ndarray | None = None) -> Verdict:
         basis = heavy / scale[:, None]
         stiffness, damping, mass = (basis.T @ x @ basis for x in (stiffness, damping, mass))
         scale = np.ones(SLOWEST)
+    if all_decay(stiffness, damping, mass, scale):
+        return Verdict(0)
     found = small_motions(stiffness, damping, mass, scale)
     growing = found.values[found.growing]
     if not len(growing):

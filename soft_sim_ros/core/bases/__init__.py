@@ -6,9 +6,9 @@ shares coordinates across the elements of a section. Both are a name and two fun
 ``register`` adds one.
 """
 
-from soft_sim_ros.core.bases.base import ElementBasis, SectionBasis, get_basis, register
-from soft_sim_ros.core.bases.hats import Linear
-from soft_sim_ros.core.bases.polynomials import Chebyshev, Constant, Legendre, Monomial
+from .base import ElementBasis, SectionBasis, get_basis, register
+from .hats import Linear
+from .polynomials import Chebyshev, Constant, Legendre, Monomial
 
 __all__ = [
     "Chebyshev",
