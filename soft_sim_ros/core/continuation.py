@@ -120,6 +120,7 @@ def switch(
     Parameters
     ----------
     dynamics : the arm
+    path, within, steps, max_step, tolerance : as for ``follow``
     point : the bifurcation
     direction : (n,) where to; the first of ``point.directions`` by default, and minus it leads to
         the other half of the branch
