@@ -16,7 +16,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 # A guard of ROS wheels in another environment would keep those of this one from starting up.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: help run test check test-oldest env warm warm-tests lint format bench validate contract stress skip guard realtime clean
+.PHONY: help run test check test-oldest env env-test warm warm-tests lint format bench validate contract stress skip guard realtime clean
 
 help:
 	@echo "make run     simulate, drive, record and replay the default arm: see runs/latest"
@@ -35,23 +35,27 @@ help:
 env:
 	@$(PYTHON) tools/environment.py "$(VENV)"
 
+# and what tests need besides
+env-test:
+	@$(PYTHON) tools/environment.py "$(VENV)" test
+
 warm: env
 	@$(IN_ENV) tools/warm_up.py
 
-run: warm
+run: env
 	@$(IN_ENV) -m soft_sim_ros demo
 
-lint: env
+lint: env-test
 	@$(IN_ENV) -m ruff check .
 	@$(IN_ENV) -m ruff format --check .
 	@$(IN_ENV) -m mypy
 
-format: env
+format: env-test
 	@$(IN_ENV) -m ruff check --fix .
 	@$(IN_ENV) -m ruff format .
 
 # first: workers would compile the same kernels side by side
-warm-tests: env
+warm-tests: env-test
 	@$(IN_ENV) tools/warm_up.py --tests
 
 test: lint warm-tests

@@ -8,9 +8,9 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from soft_sim_ros import __version__
 from soft_sim_ros.commands import VERBS
 from soft_sim_ros.commands.shell import verb
+from soft_sim_ros.version import __version__
 
 
 @verb  # signals that come while modules are loaded count, too

@@ -4,8 +4,12 @@ Run by ``make``; needs nothing but a Python with ``venv``. Where a ROS 2 Jazzy i
 environment stands on top of it and only what is missing comes from PyPI; elsewhere ROS itself comes
 from PyPI too. A stamp inside the environment says what it was made from, so that a second call
 costs nothing and a change of the requirements is noticed.
+
+``environment.py VENV`` installs what running needs, ``environment.py VENV test`` what tests need
+besides. Kernels of the default arm are compiled while ROS is being unpacked.
 """
 
+import ast
 import hashlib
 import importlib.util
 import os
@@ -18,7 +22,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PYTHONS = ((3, 10), (3, 13))
-STAMP, LOG = "soft_sim_ros.stamp", "pip.log"
+STAMP, LOG, KERNELS = "soft_sim_ros.stamp", "pip.log", "kernels.log"
 
 
 class Refused(Exception):
@@ -66,7 +70,7 @@ def check_machine(jazzy: bool) -> None:
         )
 
 
-def description(jazzy: bool) -> str:
+def description(jazzy: bool, tests: bool) -> str:
     """Everything the environment depends on, as text."""
     digest = hashlib.sha256()
     for name in ("setup.py", "setup.cfg", "package.xml", "tools/environment.py"):
@@ -74,7 +78,7 @@ def description(jazzy: bool) -> str:
     ros = "sourced" if jazzy else "from PyPI"
     return (
         f"python {platform.python_version()} {sys.base_prefix}\nROS 2 Jazzy {ros}\n"
-        f"tree {ROOT}\nrequirements {digest.hexdigest()}\n"
+        f"tree {ROOT}\nrequirements {digest.hexdigest()}\nfor {'tests' if tests else 'running'}\n"
     )
 
 
@@ -109,26 +113,50 @@ def create(venv: Path, jazzy: bool) -> None:
         raise Refused(f"python -m venv failed:\n{made.stdout}{made.stderr}".rstrip())
 
 
-def install(venv: Path, jazzy: bool) -> None:
-    """Install this tree, editable, with what it needs; shows what pip is doing."""
-    extras = "test" if jazzy else "ros,test"
-    size = "" if jazzy else ", about 400 MB the first time"
+def ros_packages() -> list[str]:
+    """Give the requirements of ROS that setup.py names, read without running it."""
+    for node in ast.parse((ROOT / "setup.py").read_text()).body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "EXTRAS":
+            return list(ast.literal_eval(node.value)["ros"])
+    raise Refused("setup.py names no packages of ROS")
+
+
+def install(venv: Path, jazzy: bool, tests: bool) -> None:
+    """Install this tree, editable, with what it needs."""
+    size = "" if jazzy else f", about {400 if tests else 300} MB the first time"
     print(f"installing packages{size} (details: {venv / LOG})", flush=True)
+    (venv / LOG).unlink(missing_ok=True)
+    if tests:
+        pip(venv, "--editable", f"{ROOT}[{'test' if jazzy else 'ros,test'}]")
+        return
+    pip(venv, "--editable", str(ROOT))
+    if not jazzy:
+        # Unpacking keeps one core busy and needs nothing of the library: the other one compiles.
+        kernels = [str(venv / "bin" / "python"), str(ROOT / "tools" / "warm_up.py"), "soft_arm"]
+        with (venv / KERNELS).open("w") as log:
+            compiler = subprocess.Popen(kernels, stdout=log, stderr=subprocess.STDOUT)
+        try:
+            pip(venv, *ros_packages())
+        except BaseException:
+            compiler.terminate()
+            raise
+        finally:
+            compiler.wait()  # what it has not compiled, the first start compiles, and says why not
+
+
+def pip(venv: Path, *what: str) -> None:
+    """Let pip install something, and show what it is doing."""
     command = [
-        *(str(venv / "bin" / "python"), "-m", "pip", "install", "--no-input"),
-        *(
-            "--disable-pip-version-check",
-            "--progress-bar",
-            "off",
-            "--editable",
-            f"{ROOT}[{extras}]",
-        ),
+        *(str(venv / "bin" / "python"), "-m", "pip", "install", "--no-input", "--no-compile"),
+        *("--disable-pip-version-check", "--progress-bar", "off", *what),
     ]
-    with (venv / LOG).open("w") as log:
-        pip = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        assert pip.stdout is not None
+    with (venv / LOG).open("a") as log:
+        process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
+        assert process.stdout is not None
         shown, count = time.monotonic(), 0
-        for line in pip.stdout:
+        for line in process.stdout:
             log.write(line)
             word, _, rest = line.strip().partition(" ")
             count += word == "Collecting"
@@ -137,20 +165,23 @@ def install(venv: Path, jazzy: bool) -> None:
             elif word in ("Collecting", "Downloading") and time.monotonic() - shown > 2.0:
                 shown = time.monotonic()
                 print(f"  package {count}: {rest.split(' ')[0]}", flush=True)
-        if pip.wait():
+        if process.wait():
             log.flush()
             last = "\n  ".join((venv / LOG).read_text().splitlines()[-12:])
-            raise Refused(f"pip ended with exit code {pip.returncode}; it said last:\n  {last}")
+            raise Refused(f"pip ended with exit code {process.returncode}; it said last:\n  {last}")
 
 
-def make(venv: Path) -> None:
-    """Bring ``venv`` to what this tree asks for."""
+def make(venv: Path, tests: bool = False) -> None:
+    """Bring ``venv`` to what this tree asks for; what tests need is enough for running, too."""
     jazzy = sourced_jazzy()
-    wanted = description(jazzy)
+    wanted = description(jazzy, tests)
     stamp = venv / STAMP
     present = stamp.read_text() if stamp.is_file() else ""
-    if present == wanted:
+    if present in (wanted, description(jazzy, tests=True)):
         return
+    # an environment with the tests keeps them when requirements change
+    if present.endswith("for tests\n"):
+        tests, wanted = True, description(jazzy, tests=True)
     check_machine(jazzy)
     start = time.monotonic()
     if venv.exists() and not (stamp.is_file() or (venv / "pyvenv.cfg").is_file()):
@@ -163,7 +194,7 @@ def make(venv: Path) -> None:
     if not venv.exists():
         create(venv, jazzy)
     stamp.write_text("unfinished\n")
-    install(venv, jazzy)
+    install(venv, jazzy, tests)
     stamp.write_text(wanted)
     print(f"environment ready after {time.monotonic() - start:.0f} s", flush=True)
 
@@ -171,7 +202,7 @@ def make(venv: Path) -> None:
 def main() -> int:
     """Make the environment named on the command line."""
     try:
-        make(Path(sys.argv[1] if len(sys.argv) > 1 else ".venv"))
+        make(Path(sys.argv[1] if len(sys.argv) > 1 else ".venv"), "test" in sys.argv[2:])
     except Refused as reason:
         print(reason, file=sys.stderr)
         return 1

@@ -1,7 +1,7 @@
 """Compile every kernel that the packaged scenes need; later starts find them on disk.
 
-With ``--tests`` those of every integrator too: workers that share the tests would otherwise compile
-the same ones side by side.
+Scenes may be named instead. With ``--tests`` those of every integrator too: workers that share the
+tests would otherwise compile the same ones side by side.
 """
 
 import sys
@@ -20,7 +20,8 @@ def with_integrator(name: str, integrator: str) -> Scene:
 
 
 if __name__ == "__main__":
-    for name in packaged_scenes():
+    named = [word for word in sys.argv[1:] if word != "--tests"]
+    for name in named or packaged_scenes():
         warm_up(load_scene(name))
     if "--tests" in sys.argv[1:]:
         for integrator in INTEGRATORS:

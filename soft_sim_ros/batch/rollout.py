@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from soft_sim_ros import __version__
 from soft_sim_ros.batch.programme import Programme
 from soft_sim_ros.core.accuracy.contract import choose
 from soft_sim_ros.core.accuracy.drive import Drive
@@ -35,6 +34,7 @@ from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import recorded_topics
 from soft_sim_ros.recording.writer import BagWriter
 from soft_sim_ros.scene import Scene
+from soft_sim_ros.version import __version__
 
 NODE = "/soft_arm"  # topics are named as those of the node, so that every reader fits both
 FRAME = "world"

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from soft_sim_ros import __version__
 from soft_sim_ros.batch.programme import Programme, read_programme
 from soft_sim_ros.batch.rollout import Rollout
 from soft_sim_ros.errors import RecordingError, SceneError, SoftSimError
 from soft_sim_ros.files import MOST_TABLE, read_text, write_whole
 from soft_sim_ros.scene import Scene, parse_scene
 from soft_sim_ros.scene.put import edited
+from soft_sim_ros.version import __version__
 
 COMPLETED = "completed"
 RESULT = "result.json"

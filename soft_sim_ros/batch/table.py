@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from soft_sim_ros import __version__
+from soft_sim_ros.version import __version__
 
 # after run, scene, seed and the parameters
 COLUMNS = (

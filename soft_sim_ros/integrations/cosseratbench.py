@@ -19,7 +19,7 @@ from cosseratbench.scenario import End, EndCondition, Rod, Scenario
 from cosseratbench.solver import Capability, Diverged
 from cosseratbench.trajectory import Trajectory
 
-from .. import __version__
+from soft_sim_ros.version import __version__
 
 if TYPE_CHECKING:
     from soft_sim_ros.core.floats import Floats

@@ -6,7 +6,6 @@ import json
 import math
 from pathlib import Path
 
-from soft_sim_ros import __version__
 from soft_sim_ros.core.accuracy.space_watch import LookedInputs, SpaceInputs, as_json
 from soft_sim_ros.core.accuracy.watch import WatchedInputs
 from soft_sim_ros.core.simulation.inputs import Inputs
@@ -15,6 +14,7 @@ from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.parameters import Settings
 from soft_sim_ros.node.physics import Physics
 from soft_sim_ros.node.publishers import Publishers
+from soft_sim_ros.version import __version__
 
 FILE_NAME = "summary.json"
 

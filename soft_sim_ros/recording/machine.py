@@ -40,7 +40,7 @@ def _system() -> str:
 
 def machine_facts() -> dict[str, str]:
     """Give what the bits and the speed of a run may depend on, as text by name."""
-    from soft_sim_ros import __version__
+    from soft_sim_ros.version import __version__
 
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     facts = {

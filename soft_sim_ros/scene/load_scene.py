@@ -49,6 +49,10 @@ class Scene:
 def load_scene(path_or_name: str | Path) -> Scene:
     """Load a scene from a file, or by name from the scenes that come with the package.
 
+    Parameters
+    ----------
+    path_or_name : a file, or the name of a packaged scene
+
     Raises
     ------
     SceneError

@@ -21,6 +21,17 @@ def script(monkeypatch):
     return module
 
 
+@pytest.fixture
+def bare(script, monkeypatch):
+    """Make environments without pip, which takes most of the time; one test makes a whole one."""
+
+    def create(venv, jazzy):
+        command = [sys.executable, "-m", "venv", "--without-pip", str(venv)]
+        subprocess.run(command, check=True)
+
+    monkeypatch.setattr(script, "create", create)
+
+
 @pytest.mark.parametrize("version", [(3, 9, 2), (3, 14, 0)])
 def test_another_python_is_refused(script, monkeypatch, version):
     monkeypatch.setattr(script.sys, "version_info", version)
@@ -67,7 +78,7 @@ def test_a_sourced_jazzy_is_stood_upon(script, monkeypatch, tmp_path):
     monkeypatch.setenv("ROS_DISTRO", "jazzy")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     installed = []
-    monkeypatch.setattr(script, "install", lambda venv, jazzy: installed.append(jazzy))
+    monkeypatch.setattr(script, "install", lambda venv, jazzy, tests: installed.append(jazzy))
     script.make(tmp_path / "venv")
     config = (tmp_path / "venv" / "pyvenv.cfg").read_text()
     assert "include-system-site-packages = true" in config
@@ -75,26 +86,46 @@ def test_a_sourced_jazzy_is_stood_upon(script, monkeypatch, tmp_path):
 
 
 def test_a_second_call_does_nothing_and_a_change_of_requirements_something(
-    script, monkeypatch, tmp_path
+    script, bare, monkeypatch, tmp_path
 ):
     installed = []
-    monkeypatch.setattr(script, "install", lambda venv, jazzy: installed.append(venv))
+    monkeypatch.setattr(script, "install", lambda venv, jazzy, tests: installed.append(venv))
     venv = tmp_path / "with space"
     script.make(venv)
     script.make(venv)
     assert installed == [venv]
     inside = (venv / "pyvenv.cfg").stat().st_ino
     describe = script.description
-    monkeypatch.setattr(script, "description", lambda jazzy: describe(jazzy) + "more\n")
+    monkeypatch.setattr(script, "description", lambda *of, **more: describe(*of, **more) + "more\n")
     script.make(venv)
     assert installed == [venv, venv]
     assert (venv / "pyvenv.cfg").stat().st_ino == inside
 
 
-def test_an_installation_that_was_cut_short_is_taken_up_again(script, monkeypatch, tmp_path):
+def test_what_tests_need_is_added_once_and_is_enough_for_running(
+    script, bare, monkeypatch, tmp_path
+):
+    installed = []
+    monkeypatch.setattr(script, "install", lambda venv, jazzy, tests: installed.append(tests))
+    for tests in (False, False, True, False, True):
+        script.make(tmp_path / "venv", tests)
+    assert installed == [False, True]
+
+
+def test_running_installs_no_package_that_only_tests_need(script, monkeypatch, tmp_path):
+    asked = []
+    monkeypatch.setattr(script, "pip", lambda venv, *what: asked.extend(what))
+    monkeypatch.setattr(script.subprocess, "Popen", lambda *of, **more: Version(0, 0, 0))
+    monkeypatch.setattr(Version, "wait", lambda self: 0, raising=False)
+    script.install(tmp_path, False, False)
+    assert asked == ["--editable", str(script.ROOT), *script.ros_packages()]
+    assert all(name.startswith("ros-") for name in script.ros_packages())
+
+
+def test_an_installation_that_was_cut_short_is_taken_up_again(script, bare, monkeypatch, tmp_path):
     installed = []
 
-    def install(venv, jazzy):
+    def install(venv, jazzy, tests):
         installed.append(venv)
         if len(installed) == 1:
             raise script.Refused("pip ended")

@@ -21,7 +21,9 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "README.md").read_text()
 BLOCKS = re.findall(r"^```(bash|python|yaml)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 FIRST, SECOND, WORKSPACE = "# first terminal", "# second terminal", "# in the workspace"
-MADE_BY_MAKE = (Path(sys.prefix) / "soft_sim_ros.stamp").is_file()
+STAMP = Path(sys.prefix) / "soft_sim_ros.stamp"
+# for this very tree: its `make` would otherwise turn another tree's environment over to this one
+MADE_BY_MAKE = STAMP.is_file() and f"\ntree {ROOT}\n" in STAMP.read_text()
 START = 300.0  # s; the kernels may have to be compiled
 
 

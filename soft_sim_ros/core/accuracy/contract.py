@@ -70,7 +70,10 @@ def draft(scene: Scene) -> Scene:
 
 
 def settled(scene: Scene, say: Callable[[str], None] = lambda text: None) -> Scene:
-    """Return a scene in which nothing is left free, chosen by a probe where something was."""
+    """Return a scene in which nothing is left free, chosen by a probe where something was.
+
+    ``say`` is told in words what is tried.
+    """
     if scene.numerics.free and scene.numerics.tolerance is None:
         from .unwritten import settle_unwritten  # which takes what is here
 

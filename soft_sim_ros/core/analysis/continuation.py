@@ -74,6 +74,7 @@ def follow(
 
     Parameters
     ----------
+    dynamics : the arm
     path : what grows with λ, see ``load_path``
     q : (n,) where to look for the first equilibrium, at λ = ``load``
     within : λ between which the branch is followed; it ends exactly on either
@@ -122,6 +123,8 @@ def switch(
 
     Parameters
     ----------
+    dynamics : the arm
+    path, within, steps, max_step, tolerance : as for ``follow``
     point : the bifurcation
     direction : (n,) where to; the first of ``point.directions`` by default, and minus it leads to
         the other half of the branch

@@ -48,6 +48,7 @@ def inverse_kinematics(
 
     Parameters
     ----------
+    dynamics : the arm
     position : (3,) in m, world; None leaves it open
     rotation : (3, 3) rotation matrix of the tip frame in the world; None leaves it open
     start : (A,) efforts to begin from; safe efforts by default

@@ -120,6 +120,7 @@ def linearise(
 
     Parameters
     ----------
+    dynamics : the arm
     q : (n,) coordinates; ``statics.equilibrium`` gives them
     efforts : (A,) held there, in scene order
     time : s at which scheduled loads are taken, and then held

@@ -24,6 +24,15 @@ def modes(
 
     Shapes are columns with φᵀ M φ = 1.
 
+    Parameters
+    ----------
+    dynamics : the arm
+    q : (n,) where it is at rest
+    efforts : (m,) of the actuators there
+    time : s, for loads with a schedule
+
+    Notes
+    -----
     From the symmetric part of the exact tangent at q; an unstable direction has a negative
     "frequency". Damping and what is not symmetric (follower loads) count in ``complex_modes``.
     """
@@ -34,7 +43,10 @@ def modes(
 
 
 def frequencies(dynamics: Dynamics, q: Floats | None = None, count: int = 5) -> Floats:
-    """Return the lowest ``count`` frequencies in Hz at q (the reference shape by default)."""
+    """Return the lowest ``count`` frequencies in Hz of ``dynamics`` at q (n,).
+
+    Without q: at the reference shape.
+    """
     state = np.zeros(dynamics.n) if q is None else q
     return modes(dynamics, state)[0][:count] / (2.0 * np.pi)
 
@@ -78,6 +90,7 @@ def complex_modes(
 
     Parameters
     ----------
+    dynamics : the arm
     q : (n,) coordinates, meant to be an equilibrium under the loads that follow
     efforts : (A,) in scene order
     time : s at which scheduled loads are taken

@@ -38,6 +38,7 @@ def equilibrium(
 
     Parameters
     ----------
+    dynamics : the arm
     q : (n,) start; the reference shape by default
     efforts : (A,) actuator efforts in scene order
     time : s at which scheduled loads are taken

@@ -1,0 +1,3 @@
+"""The version, for whatever says it: setup.py, recordings, pages."""
+
+__version__ = "0.1.0"
