@@ -128,6 +128,11 @@ TABLE = (
         1.0e6,
     ),
     Row(
+        "joint_command_hold",
+        True,
+        "hold a ~/joint_command while its sender is there; false = command_timeout runs at once",
+    ),
+    Row(
         "force_limit",
         0.0,
         "N to which the force of an external wrench is cut; 0 = what follows from the arm",

@@ -14,6 +14,7 @@ from soft_sim_ros.core.orders import Order
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.inbox import Answer, Inbox
+from soft_sim_ros.node.joint_commands import SENDER_LEFT
 from soft_sim_ros.node.log_trouble import LogTrouble
 from soft_sim_ros.node.outlet import Outlet
 from soft_sim_ros.node.recovery import RESET, Recovery
@@ -133,6 +134,12 @@ class Physics:
     def reset(self) -> Answer:
         """Go back to the initial state, with safe efforts; time goes on."""
         return self._ask(self._reset)
+
+    def release(self) -> None:
+        """Give a timeout to what lasts without one: its sender has left."""
+        self._inbox.post(self._release)
+        if self.paused:
+            self._inbox.wake.set()
 
     def _ask(self, action: Callable[[], Answer]) -> Answer:
         return self._inbox.ask(action, self._thread.is_alive)
@@ -285,6 +292,12 @@ class Physics:
         if last % self.grid.publish:
             self._emit()
         return True, f"{steps} steps, now at t = {self.simulation.time:.9g} s"
+
+    def _release(self) -> Answer:
+        if order := self.inputs.released():
+            self.inputs.take(order)
+            self._event(SENDER_LEFT)
+        return True, ""
 
     def _reset(self) -> Answer:
         was_diverged, self.diverged = self.diverged is not None, None

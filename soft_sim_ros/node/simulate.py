@@ -5,9 +5,11 @@ from __future__ import annotations
 import gc
 import sys
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import rclpy
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 
 from soft_sim_ros.core.bounds import Bounds
@@ -19,6 +21,7 @@ from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
 from soft_sim_ros.node.executor import make_executor
+from soft_sim_ros.node.joint_commands import Senders
 from soft_sim_ros.node.parameter_files import passed_over
 from soft_sim_ros.node.parameters import ParameterError, Settings, declare, on_change
 from soft_sim_ros.node.physics import Physics
@@ -124,6 +127,7 @@ class Arm:
                 (*output_topics(prefix), *(topic(key, prefix) for key in EVENTS)),
                 settings.publish_clock,
             )
+            self._senders = Senders(lambda: self.physics.release())
             self._subscriptions = [self._subscribe(one) for one in inputs]
         if settings.publish_tf:
             tip = TipFrame(node, settings.frame_id, lambda: self.telemetry.tip_pose())
@@ -149,7 +153,11 @@ class Arm:
         )
         self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
         self.gate = Gate(
-            self.inputs, settings.frame_id, lambda *order: self.physics.submit(*order), self._warn
+            self.inputs,
+            settings.frame_id,
+            lambda *order: self.physics.submit(*order),
+            self._warn,
+            settings.joint_command_hold,
         )
         self.diagnostics: Diagnostics | None = None
         self.log = self._open_log((*self.publishers.topics, *inputs), prefix)
@@ -252,15 +260,26 @@ class Arm:
         if self.diagnostics is not None:
             self.diagnostics.publish()
 
-    def _subscribe(self, one):
+    def _subscribe(self, one: Topic):
+        joints = one.key == "joint_command"
         return self.node.create_subscription(
             message_class(one.type),
             one.name,
-            lambda data, key=one.key: self.gate.receive(key, data),
+            self._receive_joints if joints else partial(self._receive, one.key),
             qos_profile(one.qos),
+            event_callbacks=SubscriptionEventCallbacks(
+                matched=self._senders.changed if joints else None
+            ),
             qos_overriding_options=OVERRIDABLE,
             raw=True,
         )
+
+    def _receive(self, key: str, data: bytes) -> None:
+        self.gate.receive(key, data)
+
+    def _receive_joints(self, data: bytes) -> None:
+        self.gate.receive("joint_command", data)
+        self._senders.after_order()
 
     def _grid(self) -> Grid:
         asked, step_ns = self.settings, self.simulation.step_ns
@@ -299,6 +318,6 @@ def run_metadata(settings: Settings, prefix: str) -> dict[str, str]:
     """Everything besides the scene that a re-simulation of the run needs to know, as text."""
     names = (
         "command_timeout", "command_ramp", "frame_id", "poses", "publish_rate", "control_rate",
-        "real_time_factor",
+        "real_time_factor", "joint_command_hold",
     )  # fmt: skip
     return {"node": prefix} | {name: repr(getattr(settings, name)).strip("'") for name in names}
