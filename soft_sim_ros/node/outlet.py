@@ -16,3 +16,9 @@ class Outlet(Protocol):
 
     def tick(self, time_ns: int) -> None:
         """Say that everything up to this simulation time has been sent."""
+
+    def clock(self, time_ns: int) -> None:
+        """Move everybody's clock to this simulation time."""
+
+    def joined(self) -> dict[str, int]:
+        """Count who has ever begun to listen, by key; ``tf`` and ``clock`` are keys, too."""

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from functools import partial
 from importlib import import_module
 
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.qos import DurabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from soft_sim_ros.node.quality import OVERRIDABLE, qos_profile
+from soft_sim_ros.node.tip_frame import TipFrame
 from soft_sim_ros.recording.cdr import ClockBuffer
 from soft_sim_ros.recording.topics import Qos, Topic
 
@@ -44,11 +48,13 @@ class Publishers:
     """
 
     def __init__(self, node, topics: tuple[Topic, ...], clock: bool):
+        self._joined: dict[str, int] = {}
         self._publishers = {
             topic.key: node.create_publisher(
                 message_class(topic.type),
                 topic.name,
                 qos_profile(topic.qos),
+                event_callbacks=self._events(topic.key),
                 qos_overriding_options=OVERRIDABLE,
             )
             for topic in topics
@@ -58,19 +64,39 @@ class Publishers:
         self._clock = None
         if clock:
             self._clock = node.create_publisher(
-                Clock, "/clock", qos_profile(Qos()), qos_overriding_options=OVERRIDABLE
+                Clock,
+                "/clock",
+                qos_profile(Qos()),
+                event_callbacks=self._events("clock"),
+                qos_overriding_options=OVERRIDABLE,
             )
             self._clock_bytes = ClockBuffer()
+            kept = self._clock.qos_profile.durability
+            self._clock_latched = kept == DurabilityPolicy.TRANSIENT_LOCAL
             self.sent["clock"] = 0
-        self.after_tick: list = []
+        self._latched = {
+            topic.key for topic in self.topics if topic.qos.durability == "transient_local"
+        }
+        self.tip: TipFrame | None = None
 
     def topic_name(self, key: str) -> str:
         """Full name of a topic, remappings included."""
         return str(self._publishers[key].topic_name)
 
     def wanted(self, key: str) -> bool:
-        """Whether anybody listens."""
-        return self._publishers[key].get_subscription_count() > 0
+        """Whether anybody listens, or may come later and wants the last messages then."""
+        return key in self._latched or self._publishers[key].get_subscription_count() > 0
+
+    def joined(self) -> dict[str, int]:
+        """Count who has ever begun to listen, by key; ``tf`` and ``clock`` are keys, too."""
+        return dict(self._joined)
+
+    def matched(self, key: str, status) -> None:
+        """Take note of listeners that come; those who go are in the count as well."""
+        self._joined[key] = status.total_count
+
+    def _events(self, key: str) -> PublisherEventCallbacks:
+        return PublisherEventCallbacks(matched=partial(self.matched, key))
 
     def send(self, key: str, data: bytes) -> None:
         """Publish the bytes of one message."""
@@ -78,9 +104,14 @@ class Publishers:
         self.sent[key] += 1
 
     def tick(self, time_ns: int) -> None:
+        """Send what follows the state of that time."""
+        if self.tip is not None:
+            self.tip.send(time_ns)
+
+    def clock(self, time_ns: int) -> None:
         """Move everybody's clock, after the state of that time has been sent."""
-        for also in self.after_tick:
-            also(time_ns)
-        if self._clock is not None and self._clock.get_subscription_count():
+        if self._clock is not None and (
+            self._clock_latched or self._clock.get_subscription_count()
+        ):
             self._clock.publish(self._clock_bytes.fill(time_ns))
             self.sent["clock"] += 1

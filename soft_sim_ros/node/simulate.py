@@ -130,8 +130,12 @@ class Arm:
             self._senders = Senders(lambda: self.physics.release())
             self._subscriptions = [self._subscribe(one) for one in inputs]
         if settings.publish_tf:
-            tip = TipFrame(node, settings.frame_id, lambda: self.telemetry.tip_pose())
-            self.publishers.after_tick.append(tip.send)
+            self.publishers.tip = TipFrame(
+                node,
+                settings.frame_id,
+                lambda: self.telemetry.tip_pose(),
+                partial(self.publishers.matched, "tf"),
+            )
         log = node.get_logger()
         log.info(f"starting {shown(scene.name)} of {one_line(scene.file)}")
         doubt = warm_up(scene, settings, node.get_logger().info)
@@ -283,12 +287,13 @@ class Arm:
 
     def _grid(self) -> Grid:
         asked, step_ns = self.settings, self.simulation.step_ns
-        grid = Grid.of(step_ns, asked.publish_rate, asked.control_rate)
+        grid = Grid.of(step_ns, asked.publish_rate, asked.control_rate, asked.clock_rate)
         for name, rate, steps in (
+            ("clock_rate", asked.clock_rate, grid.clock),
             ("publish_rate", asked.publish_rate, grid.publish),
             ("control_rate", asked.control_rate, grid.control),
         ):
-            got = 1e9 / (steps * step_ns)
+            got = 1e9 / (max(1, steps) * step_ns)
             if rate and abs(got - rate) > 1e-6 * rate:
                 self.node.get_logger().info(
                     f"{name} = {rate:g} Hz is not a whole number of steps of {step_ns * 1e-9:g} s: "

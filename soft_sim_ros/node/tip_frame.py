@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from geometry_msgs.msg import TransformStamped
+from rclpy.event_handler import PublisherEventCallbacks
 
 from soft_sim_ros.node.parameters import ParameterError
 from soft_sim_ros.recording.decode import Poses, decode
@@ -24,16 +25,20 @@ class TipFrame:
         Parent frame.
     tip_pose : callable
         Gives the pose of the tip as the bytes of a PoseStamped.
+    matched : callable
+        Told when listeners come and go.
     """
 
-    def __init__(self, node, frame_id: str, tip_pose: Callable[[], bytes]):
+    def __init__(self, node, frame_id: str, tip_pose: Callable[[], bytes], matched):
         try:
             from tf2_msgs.msg import TFMessage
         except ImportError as error:
             fault = "publish_tf = True: expected False, because tf2_msgs is not installed"
             raise ParameterError([fault]) from error
         self._tip_pose, self._message = tip_pose, TFMessage
-        self._publisher = node.create_publisher(TFMessage, "/tf", 100)
+        self._publisher = node.create_publisher(
+            TFMessage, "/tf", 100, event_callbacks=PublisherEventCallbacks(matched=matched)
+        )
         self._transform = TransformStamped()
         self._transform.header.frame_id = frame_id
         self._transform.child_frame_id = f"{node.get_fully_qualified_name().lstrip('/')}/tip"
