@@ -22,12 +22,12 @@ from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
 from soft_sim_ros.node.executor import make_executor
 from soft_sim_ros.node.joint_commands import Senders
-from soft_sim_ros.node.parameter_files import passed_over
-from soft_sim_ros.node.parameters import ParameterError, Settings, declare, on_change
+from soft_sim_ros.node.parameters import ParameterError, Settings, on_change
 from soft_sim_ros.node.physics import Physics
 from soft_sim_ros.node.prepare import simulation_of, warm_up
 from soft_sim_ros.node.publishers import Publishers, message_class
-from soft_sim_ros.node.quality import OVERRIDABLE, check_overrides, qos_profile
+from soft_sim_ros.node.quality import OVERRIDABLE, qos_profile
+from soft_sim_ros.node.reading import read_settings, run_metadata
 from soft_sim_ros.node.rivals import Rivals
 from soft_sim_ros.node.services import Services
 from soft_sim_ros.node.signals import Signals, Stopped
@@ -36,7 +36,7 @@ from soft_sim_ros.node.summary import summarise, write_summary
 from soft_sim_ros.node.tip_frame import TipFrame
 from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import EVENTS, INPUTS, OUTPUTS, Topic, output_topics, topic
+from soft_sim_ros.recording.topics import EVENTS, INPUTS, Topic, output_topics, topic
 from soft_sim_ros.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -72,10 +72,7 @@ def _run(signals: Signals, args: list[str]) -> int:
         node = Node(NAME)
     log = node.get_logger()
     try:
-        for text in passed_over(args, node.get_fully_qualified_name()):
-            log.warning(text)
-        settings = declare(node)
-        _check_qualities(node, settings)
+        settings = read_settings(node, args)
         scene = load_scene(settings.scene)
         arm = Arm(node, scene, settings, signals.hold)
     except SoftSimError as error:
@@ -90,13 +87,6 @@ def _run(signals: Signals, args: list[str]) -> int:
         code = arm.close(signals.received or "an error")
         node.destroy_node()
     return code
-
-
-def _check_qualities(node: Node, settings: Settings) -> None:
-    """Refuse overrides of qualities of service, of what will be published and subscribed to."""
-    clock = ["/clock"] if settings.publish_clock else []
-    published = [name for name, _, _ in (*OUTPUTS.values(), *EVENTS.values())]
-    check_overrides(node, published + clock, [name for name, _, _ in INPUTS.values()])
 
 
 class Arm:
@@ -317,12 +307,3 @@ class Arm:
             f"{'paused' if s.start_paused else 'running'}; "
             f"recording {'to ' + one_line(s.record) if s.record else 'off'}"
         )
-
-
-def run_metadata(settings: Settings, prefix: str) -> dict[str, str]:
-    """Everything besides the scene that a re-simulation of the run needs to know, as text."""
-    names = (
-        "command_timeout", "command_ramp", "frame_id", "poses", "publish_rate", "control_rate",
-        "real_time_factor", "joint_command_hold",
-    )  # fmt: skip
-    return {"node": prefix} | {name: repr(getattr(settings, name)).strip("'") for name in names}
