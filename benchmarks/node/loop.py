@@ -48,6 +48,13 @@ class Wire:
             efforts = [a * math.sin(math.pi * t + i) for i, a in enumerate(AMPLITUDES)]
             physics.submit("command", physics.inputs.effort_order(efforts), b"")
 
+    def clock(self, time_ns: int) -> None:
+        """Move no clock."""
+
+    def joined(self) -> dict[str, int]:
+        """Say that nobody comes later."""
+        return {}
+
 
 def share(scene: Path, heard: tuple[str, ...], commanded: bool, seconds: float) -> float:
     """Return the CPU time per simulated time over ``seconds`` simulated."""

@@ -18,6 +18,7 @@ from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import RecordingError
 from soft_sim_ros.foreign import printable
 from soft_sim_ros.node.commands import read_order
+from soft_sim_ros.node.joint_commands import SENDER_LEFT
 from soft_sim_ros.recording.claims import facts, machine
 from soft_sim_ros.recording.decode import stack
 from soft_sim_ros.recording.machine import machine_facts
@@ -95,6 +96,7 @@ class Rerun:
             recorded_bounds(run, recorded),
         )
         self._frame_id, node = known.frame_id, known.node
+        self._lasting = known.joint_command_hold
         self._telemetry = Telemetry(self.simulation, known.poses, self._frame_id, node)
         self._builders = {t.name: getattr(self._telemetry, t.key) for t in self._telemetry.topics}
         self.topics = {resolve(name, node): key for key, (name, _, _) in ALL.items()}
@@ -116,12 +118,17 @@ class Rerun:
             if message.topic in self._builders:
                 yield message
             elif key in INPUTS:
-                order = read_order(self._inputs, key, message.data, self._frame_id)
-                self._inputs.take(order)
+                data = message.data
+                self._inputs.take(
+                    read_order(self._inputs, key, data, self._frame_id, self._lasting)
+                )
             elif key == "events":
                 text = _text(message)
                 if text == "reset":
                     self._inputs.reset()
+                elif text == SENDER_LEFT:
+                    if order := self._inputs.released():
+                        self._inputs.take(order)
                 elif text.startswith("diverged"):
                     self._inputs.update()  # the step that failed had the inputs of its start
                 elif text.startswith("withdrawn"):

@@ -18,17 +18,22 @@ class Grid:
 
     publish: int
     control: int
+    clock: int = 0  # 0: with every state
 
     @classmethod
-    def of(cls, step_ns: int, publish_rate: float, control_rate: float) -> Grid:
+    def of(
+        cls, step_ns: int, publish_rate: float, control_rate: float, clock_rate: float = 0.0
+    ) -> Grid:
         """Nearest whole numbers of steps, at least one; control rate 0 = every step."""
         step = step_ns * 1e-9
         control = 1.0 if control_rate == 0.0 else 1.0 / (control_rate * step)
-        return cls(max(1, round(1.0 / (publish_rate * step))), max(1, round(control)))
+        clock = max(1, round(1.0 / (clock_rate * step))) if clock_rate else 0
+        return cls(max(1, round(1.0 / (publish_rate * step))), max(1, round(control)), clock)
 
     def steps_from(self, index: int) -> int:
-        """Count the steps from step ``index`` to the next instant of either kind."""
-        return min(self.publish - index % self.publish, self.control - index % self.control)
+        """Count the steps from step ``index`` to the next instant of any kind."""
+        kinds = (self.publish, self.control, self.clock or self.publish)
+        return min(kind - index % kind for kind in kinds)
 
 
 class Pacer:

@@ -10,6 +10,7 @@ from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.core.simulation.orders import MOST_NAMES, Order, wrench_frame
 from soft_sim_ros.errors import CommandError
 from soft_sim_ros.foreign import bare, listed, one_line
+from soft_sim_ros.node.joint_commands import joint_message_order
 from soft_sim_ros.recording.decode import DecodeError, FloatArray, JointState, Wrench, decode
 from soft_sim_ros.recording.topics import INPUTS
 
@@ -17,7 +18,9 @@ from soft_sim_ros.recording.topics import INPUTS
 _ANY, _EACH = 16_384, 1_024
 
 
-def read_order(inputs: Inputs, key: str, data: bytes, frame_id: str) -> Order:
+def read_order(
+    inputs: Inputs, key: str, data: bytes, frame_id: str, lasting: bool = False
+) -> Order:
     """Decode and check one command message.
 
     Parameters
@@ -30,6 +33,8 @@ def read_order(inputs: Inputs, key: str, data: bytes, frame_id: str) -> Order:
         The message as received.
     frame_id : str
         Frame of the poses, in which a wrench is dead.
+    lasting : bool
+        Whether joint commands have no timeout while their sender is there.
 
     Raises
     ------
@@ -44,7 +49,7 @@ def read_order(inputs: Inputs, key: str, data: bytes, frame_id: str) -> Order:
     if isinstance(message, FloatArray):
         return inputs.effort_order(message.data)
     if isinstance(message, JointState):
-        return inputs.joint_order(message.name, message.effort)
+        return joint_message_order(inputs, message, lasting)
     assert isinstance(message, Wrench)
     return inputs.wrench_order(message.wrench, wrench_frame(message.frame_id, frame_id))
 
@@ -96,6 +101,8 @@ class Gate:
         Takes ``(key, order, data)``; gives False if it cannot.
     warn : callable
         Takes a text.
+    lasting : bool
+        Whether joint commands have no timeout while their sender is there.
     """
 
     def __init__(
@@ -104,7 +111,9 @@ class Gate:
         frame_id: str,
         submit: Callable[[str, Order, bytes], bool],
         warn: Callable[[str], None],
+        lasting: bool = False,
     ):
+        self._lasting = lasting
         self._inputs, self._frame_id, self._submit = inputs, frame_id, submit
         self._warn = Throttle(warn)
         self._largest = _ANY + _EACH * len(inputs.names)
@@ -135,4 +144,4 @@ class Gate:
             topic = INPUTS[key][0]
             why = f"a message of {len(data)} bytes: at most {self._largest} are looked at"
             raise CommandError(topic, why, "size")
-        return read_order(self._inputs, key, data, self._frame_id)
+        return read_order(self._inputs, key, data, self._frame_id, self._lasting)

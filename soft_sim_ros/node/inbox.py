@@ -52,6 +52,10 @@ class Inbox:
                 break
         return request.answer
 
+    def post(self, action: Callable[[], Answer]) -> None:
+        """Queue a request that nobody waits for."""
+        self._items.append(_Request(action))
+
     def empty(self, take: Callable[[str, Order, bytes], None]) -> None:
         """Carry out the requests and hand over the orders that are here by now."""
         self.asked.clear()

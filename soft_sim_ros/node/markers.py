@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from soft_sim_ros.node.publishers import message_class
+from soft_sim_ros.node.publishers import Matched, events, message_class
 from soft_sim_ros.node.quality import OVERRIDABLE, qos_profile
 from soft_sim_ros.recording.cdr_markers import MarkerArrayBuffer
 from soft_sim_ros.recording.topics import FIXED_MARKERS, MARKERS, topic
@@ -32,9 +32,13 @@ class Markers:
         Messages per real second, at most; Hz.
     at_once : callable
         Whether every state counts, as while paused: then it is sent whatever the rate.
+    matched : callable
+        Told when listeners come and go.
     """
 
-    def __init__(self, node, frame_id: str, rate: float, at_once: Callable[[], bool]):
+    def __init__(
+        self, node, frame_id: str, rate: float, at_once: Callable[[], bool], matched: Matched
+    ):
         self._frame_id, self._at_once = frame_id, at_once
         self._period_ns, self._due_ns = round(_SECOND / rate), 0
         prefix = node.get_fully_qualified_name()
@@ -43,9 +47,13 @@ class Markers:
                 message_class(one.type),
                 one.name,
                 qos_profile(one.qos),
+                event_callbacks=events(matched, key),
                 qos_overriding_options=OVERRIDABLE,
             )
-            for one in (topic(MARKERS, prefix), topic(FIXED_MARKERS, prefix))
+            for key, one in (
+                ("markers", topic(MARKERS, prefix)),
+                ("fixed", topic(FIXED_MARKERS, prefix)),
+            )
         )
         self._simulation: Simulation | None = None
         self._scenery: Scenery | None = None

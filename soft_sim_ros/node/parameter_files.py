@@ -1,4 +1,4 @@
-"""Parameter files whose entries are all for other nodes, which ROS passes over in silence."""
+"""Parameter files for several nodes: what in them is for this one, and what is for others."""
 
 from __future__ import annotations
 
@@ -39,15 +39,59 @@ def passed_over(args: Sequence[str], node: str) -> Iterator[str]:
             )
 
 
+def shared_names(args: Sequence[str], node: str) -> set[str]:
+    """Return the parameters that only come from entries for nodes of any name, as ``/**``.
+
+    Whoever writes such an entry speaks to a whole stack, and not every word is for every node.
+
+    Parameters
+    ----------
+    args : words of the command line, which ROS has accepted
+    node : full name of the node, such as ``/left/soft_arm``
+    """
+    shared: set[str] = set()
+    own = {
+        word.partition(":=")[0].rpartition(":")[2]
+        for flag, word in zip(args, args[1:], strict=False)
+        if flag in ("-p", "--param")
+    }
+    for file in parameter_files(args):
+        try:
+            with open(file, "rb") as stream:
+                tree = yaml.load(stream, Loader=yaml.BaseLoader)
+            for name, parameters in _entries(tree, ""):
+                if _matches(name, node):
+                    anybody = name.rpartition("/")[2] in ("*", "**")
+                    (shared if anybody else own).update(_flat(parameters, ""))
+        except (yaml.YAMLError, ValueError, RecursionError, OSError):
+            continue  # `passed_over` says so
+    return shared - own
+
+
+def _flat(parameters: object, above: str) -> Iterator[str]:
+    """Yield the names of parameters, those of groups with dots."""
+    if not isinstance(parameters, dict):
+        yield above
+        return
+    for key, inner in parameters.items():
+        yield from _flat(inner, f"{above}.{key}" if above else str(key))
+
+
 def _nodes(tree: object, above: str) -> Iterator[str]:
     """Yield the full name or pattern of every node that a parameter file speaks of."""
+    for name, _ in _entries(tree, above):
+        yield name
+
+
+def _entries(tree: object, above: str) -> Iterator[tuple[str, object]]:
+    """Yield names or patterns of nodes with what a parameter file has for them."""
     if not isinstance(tree, dict):
         return
     for key, inner in tree.items():
         if key == _ENTRIES:
-            yield above
+            yield above, inner
         else:
-            yield from _nodes(inner, f"{above}/{str(key).strip('/')}")
+            yield from _entries(inner, f"{above}/{str(key).strip('/')}")
 
 
 def _matches(pattern: str, node: str) -> bool:

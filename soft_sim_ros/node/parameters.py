@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -128,6 +129,11 @@ TABLE = (
         1.0e6,
     ),
     Row(
+        "joint_command_hold",
+        True,
+        "hold a ~/joint_command while its sender is there; false = command_timeout runs at once",
+    ),
+    Row(
         "force_limit",
         0.0,
         "N to which the force of an external wrench is cut; 0 = what follows from the arm",
@@ -151,6 +157,14 @@ TABLE = (
     ),
     Row("poses", 51, "number of backbone poses, base to tip", 2, 10000),
     Row("publish_clock", True, "publish /clock: exactly one node of a graph may own time"),
+    Row(
+        "clock_rate",
+        0.0,
+        "messages on /clock per simulated second, Hz; 0 = one with every state",
+        0.1,
+        100000.0,
+        zero=True,
+    ),
     Row("publish_tf", False, "publish the frames base and tip on /tf (needs tf2_msgs)"),
     Row("tf_frames", "", "joints and rigid bodies also on /tf, with commas; 'all' for all"),
     Row("tf_backbone", False, "publish the backbone's poses as frames on /tf, too"),
@@ -170,20 +184,33 @@ ROWS = {row.name: row for row in TABLE}
 # Overrides under these names belong to rclpy itself.
 _RCLPY = ("use_sim_time", "start_type_description_service")
 QOS = "qos_overrides."
+ALIKE = 0.8  # two letters of ten: from here on a name is taken for another one, misspelt
 
 
 class Settings(SimpleNamespace):
     """Values of all parameters at the start, as attributes."""
 
 
-def declare(node) -> Settings:
-    """Declare the table on ``node``, give the values; all faults come in one ParameterError."""
-    overrides = {name: p.value for name, p in node._parameter_overrides.items()}
-    unknown = [
+def strangers(node, shared: Collection[str]) -> list[str]:
+    """Return the parameters that are for other nodes: in a shared file, and like none of ours."""
+    return [name for name in _unknown_names(node) if name in shared and not _near(name, ALIKE)]
+
+
+def _unknown_names(node) -> list[str]:
+    return [
         name
-        for name in overrides
+        for name in node._parameter_overrides
         if name not in ROWS and name not in _RCLPY and not name.startswith(QOS)
     ]
+
+
+def declare(node, others: Collection[str] = ()) -> Settings:
+    """Declare the table on ``node``, give the values; all faults come in one ParameterError.
+
+    ``others`` are parameters of other nodes, which are passed over.
+    """
+    overrides = {name: p.value for name, p in node._parameter_overrides.items()}
+    unknown = [name for name in _unknown_names(node) if name not in others]
     # The nearest name costs time, and the first faults only are said.
     faults = [_unknown(name) for name in unknown[:20]] + unknown[20:]
     values = {}
@@ -240,6 +267,11 @@ def _whole_numbers_are_numbers(parameters: list[Parameter]) -> list[Parameter]:
 
 
 def _unknown(name: str) -> str:
-    near = difflib.get_close_matches(name[:200], [*ROWS, *_RCLPY], n=1, cutoff=0.0)
+    near = _near(name, 0.0)
     hint = f"; the nearest known one is {near[0]!r}" if near else ""
     return f"unknown parameter {shown(name, 200)}{hint}"
+
+
+def _near(name: str, alike: float) -> list[str]:
+    """Return the known name that is nearest to ``name``, if they are alike enough (0 to 1)."""
+    return difflib.get_close_matches(name[:200].lower(), [*ROWS, *_RCLPY], n=1, cutoff=alike)

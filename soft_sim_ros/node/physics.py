@@ -14,9 +14,11 @@ from soft_sim_ros.core.simulation.orders import Order
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.inbox import Answer, Inbox
+from soft_sim_ros.node.joint_commands import SENDER_LEFT
 from soft_sim_ros.node.log_trouble import LogTrouble
 from soft_sim_ros.node.outlet import Outlet
 from soft_sim_ros.node.recovery import RESET, Recovery
+from soft_sim_ros.node.states import BEAT, States
 from soft_sim_ros.node.timing import StepCosts
 from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import LEDGER
@@ -76,12 +78,11 @@ class Physics:
         self.failure: str | None = None
         self.residual = 0.0
         self.ran_ns = self.running_ns = 0  # simulated and real time while not paused
-        self._builders = [(t.key, getattr(telemetry, t.key)) for t in telemetry.topics]
+        self._states = States(self.simulation, telemetry, outlet, log, grid)
         self._exit_on_error, self._complain = exit_on_error, complain
         self.recovery = Recovery(inputs, complain)
         self._inbox = Inbox()
         self._stop = threading.Event()
-        self._sent = -1  # index of the step whose state was sent last
         self._ledger_due_ns = 0
         self._trouble = LogTrouble(log, complain)
         self._thread = threading.Thread(target=self._main, name="physics", daemon=True)
@@ -135,6 +136,12 @@ class Physics:
         """Go back to the initial state, with safe efforts; time goes on."""
         return self._ask(self._reset)
 
+    def release(self) -> None:
+        """Give a timeout to what lasts without one: its sender has left."""
+        self._inbox.post(self._release)
+        if self.paused:
+            self._inbox.wake.set()
+
     def _ask(self, action: Callable[[], Answer]) -> Answer:
         return self._inbox.ask(action, self._thread.is_alive)
 
@@ -150,7 +157,7 @@ class Physics:
 
     def _run(self) -> None:
         self._emit()
-        before, counted_ns = time.monotonic_ns(), self.simulation.time_ns
+        before, counted_ns, moving = time.monotonic_ns(), self.simulation.time_ns, False
         while not self._stop.is_set():
             # A state is computed ahead of its time and sent when it is due. A request need not wait
             # for that, an order does: neither of them lets the next step begin early.
@@ -164,10 +171,15 @@ class Physics:
                 self._emit_on_grid()
             self._inbox.empty(self._take)
             if self.paused:
-                self._inbox.wake.wait()
+                if moving:
+                    self._states.rest()
+                moving = False
+                self._inbox.wake.wait(BEAT)
                 self._inbox.wake.clear()
+                self._states.look_for_latecomers()
                 before, counted_ns = time.monotonic_ns(), self.simulation.time_ns
             elif due:
+                moving = True
                 self._advance(self.grid.steps_from(self.simulation.step_index))
         self._emit_on_grid()  # what was computed last may not have been due yet
         self._look_at_ledger()
@@ -224,22 +236,12 @@ class Physics:
             )
 
     def _emit_on_grid(self) -> None:
-        index = self.simulation.step_index
-        if index % self.grid.publish == 0 and index != self._sent:
+        if self._states.due:
             self._emit()
+        self._states.tick()
 
     def _emit(self) -> None:
-        """Send and record the present state: build nothing that nobody wants."""
-        self._sent, time_ns = self.simulation.step_index, self.simulation.time_ns
-        for key, build in self._builders:
-            wanted = self.outlet.wanted(key)
-            if wanted or self.log is not None:
-                data = build()
-                if wanted:
-                    self.outlet.send(key, data)
-                if self.log is not None:
-                    self.log.write(key, time_ns, data)
-        self.outlet.tick(time_ns)
+        self._states.send()
         if self.log is not None and self.pacer.factor == 0.0:
             self.log.wait_for_room(1.0)  # nobody waits for us, so nothing need be dropped
         now = time.monotonic_ns()
@@ -287,11 +289,16 @@ class Physics:
                 return False, f"{made}: more take over {LONGEST_STEPPING:g} s; call ~/step again"
             if not self._advance(min(left, self.grid.steps_from(self.simulation.step_index))):
                 return False, f"the solver gave up {self.diverged}"
-            if self.simulation.step_index % self.grid.publish == 0:
-                self._emit()
+            self._emit_on_grid()
         if last % self.grid.publish:
             self._emit()
         return True, f"{steps} steps, now at t = {self.simulation.time:.9g} s"
+
+    def _release(self) -> Answer:
+        if order := self.inputs.released():
+            self.inputs.take(order)
+            self._event(SENDER_LEFT)
+        return True, ""
 
     def _reset(self) -> Answer:
         was_diverged, self.diverged = self.diverged is not None, None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Collection
 
 from rclpy.qos import (
     DurabilityPolicy,
@@ -14,7 +15,7 @@ from rclpy.qos import (
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from soft_sim_ros.foreign import shown
-from soft_sim_ros.node.parameters import QOS, ParameterError
+from soft_sim_ros.node.parameters import ALIKE, QOS, ParameterError
 from soft_sim_ros.recording.topics import Qos
 
 _DEEPEST = 1_000_000
@@ -38,7 +39,9 @@ def qos_profile(qos: Qos) -> QoSProfile:
     )
 
 
-def check_overrides(node, published: list[str], subscribed: list[str]) -> None:
+def check_overrides(
+    node, published: list[str], subscribed: list[str], shared: Collection[str] = ()
+) -> list[str]:
     """Refuse overrides of topics and policies that the node does not offer, and unusable values.
 
     Parameters
@@ -47,6 +50,13 @@ def check_overrides(node, published: list[str], subscribed: list[str]) -> None:
         What is asked.
     published, subscribed : list of str
         Topics as they are given to ROS, before they are remapped.
+    shared : collection of str
+        Parameters from entries for nodes of any name.
+
+    Returns
+    -------
+    list of str
+        Those of them that are for other nodes.
 
     Raises
     ------
@@ -59,11 +69,13 @@ def check_overrides(node, published: list[str], subscribed: list[str]) -> None:
         for topic in topics
         for policy in _POLICIES
     }
-    faults = []
+    faults, others = [], []
     for name, parameter in node._parameter_overrides.items():
         if not name.startswith(QOS):
             continue
-        if name not in known:
+        if name not in known and name in shared and _of_others(name, known):
+            others.append(name)
+        elif name not in known:
             near = difflib.get_close_matches(name[:200], list(known), n=1, cutoff=0.0)
             hint = f"; the nearest known one is {near[0]!r}" if near else ""
             faults.append(f"unknown parameter {shown(name, 200)}{hint}")
@@ -72,6 +84,34 @@ def check_overrides(node, published: list[str], subscribed: list[str]) -> None:
             faults.append(f"{name} = {shown(parameter.value)}: expected {expected}")
     if faults:
         raise ParameterError(faults)
+    return others
+
+
+def _of_others(name: str, known: Collection[str]) -> bool:
+    """Whether an override is for a topic, or an end of one, that only other nodes have."""
+    topic, kind, _ = _parts(name)
+    if kind not in ("publisher", "subscription"):
+        return False
+    space, _, last = topic.rpartition("/")
+    for other in known:
+        own, own_kind, _ = _parts(other)
+        own_space, _, own_last = own.rpartition("/")
+        if topic == own and kind == own_kind:
+            return False  # the policy is wrong
+        if topic != own and space == own_space and _alike(last, own_last):
+            return False  # the topic is misspelt
+    return True
+
+
+def _parts(name: str) -> tuple[str, str, str]:
+    """Split the name of an override into topic, kind and policy."""
+    rest, _, policy = name.removeprefix(QOS).rpartition(".")
+    topic, _, kind = rest.rpartition(".")
+    return topic, kind, policy
+
+
+def _alike(one: str, other: str) -> bool:
+    return bool(difflib.get_close_matches(one[:200], [other], n=1, cutoff=ALIKE))
 
 
 def _choices(policy: QoSPolicyKind) -> list[str]:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import gc
 import sys
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import rclpy
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 
 from soft_sim_ros.core.accuracy.watch import inputs_of
@@ -19,12 +21,13 @@ from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
 from soft_sim_ros.node.executor import make_executor
-from soft_sim_ros.node.parameter_files import passed_over
-from soft_sim_ros.node.parameters import ParameterError, Settings, declare, on_change
+from soft_sim_ros.node.joint_commands import Senders
+from soft_sim_ros.node.parameters import ParameterError, Settings, on_change
 from soft_sim_ros.node.physics import Physics
 from soft_sim_ros.node.prepare import simulation_of, warm_up
 from soft_sim_ros.node.publishers import Publishers, message_class
-from soft_sim_ros.node.quality import OVERRIDABLE, check_overrides, qos_profile
+from soft_sim_ros.node.quality import OVERRIDABLE, qos_profile
+from soft_sim_ros.node.reading import read_settings, run_metadata
 from soft_sim_ros.node.rivals import Rivals
 from soft_sim_ros.node.services import Services
 from soft_sim_ros.node.signals import Signals, Stopped
@@ -33,15 +36,7 @@ from soft_sim_ros.node.summary import summarise, write_summary
 from soft_sim_ros.node.views import views_of
 from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import (
-    EVENTS,
-    INPUTS,
-    OUTPUTS,
-    VIEWS,
-    Topic,
-    output_topics,
-    topic,
-)
+from soft_sim_ros.recording.topics import EVENTS, INPUTS, Topic, output_topics, topic
 from soft_sim_ros.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -77,10 +72,7 @@ def _run(signals: Signals, args: list[str]) -> int:
         node = Node(NAME)
     log = node.get_logger()
     try:
-        for text in passed_over(args, node.get_fully_qualified_name()):
-            log.warning(text)
-        settings = declare(node)
-        _check_qualities(node, settings)
+        settings = read_settings(node, args)
         scene = load_scene(settings.scene)
         arm = Arm(node, scene, settings, signals.hold)
     except SoftSimError as error:
@@ -95,14 +87,6 @@ def _run(signals: Signals, args: list[str]) -> int:
         code = arm.close(signals.received or "an error")
         node.destroy_node()
     return code
-
-
-def _check_qualities(node: Node, settings: Settings) -> None:
-    """Refuse overrides of qualities of service, of what will be published and subscribed to."""
-    clock = ["/clock"] if settings.publish_clock else []
-    published = [name for name, _, _ in (*OUTPUTS.values(), *EVENTS.values())]
-    views = [name for name, _, _ in VIEWS.values()] if settings.marker_rate else []
-    check_overrides(node, published + views + clock, [name for name, _, _ in INPUTS.values()])
 
 
 class Arm:
@@ -133,8 +117,11 @@ class Arm:
                 (*output_topics(prefix), *(topic(key, prefix) for key in EVENTS)),
                 settings.publish_clock,
             )
+            self._senders = Senders(lambda: self.physics.release())
             self._subscriptions = [self._subscribe(one) for one in inputs]
-            views = views_of(node, scene, settings, lambda: self.physics.paused)
+            views = views_of(
+                node, scene, settings, lambda: self.physics.paused, self.publishers.matched
+            )
             self.publishers.after_tick += [view.send for view in views]
         log = node.get_logger()
         log.info(f"starting {shown(scene.name)} of {one_line(scene.file)}")
@@ -159,7 +146,11 @@ class Arm:
         for view in views:
             view.show(self.simulation)
         self.gate = Gate(
-            self.inputs, settings.frame_id, lambda *order: self.physics.submit(*order), self._warn
+            self.inputs,
+            settings.frame_id,
+            lambda *order: self.physics.submit(*order),
+            self._warn,
+            settings.joint_command_hold,
         )
         self.diagnostics: Diagnostics | None = None
         self.log = self._open_log((*self.publishers.topics, *inputs), prefix)
@@ -262,24 +253,36 @@ class Arm:
         if self.diagnostics is not None:
             self.diagnostics.publish()
 
-    def _subscribe(self, one):
+    def _subscribe(self, one: Topic):
+        joints = one.key == "joint_command"
         return self.node.create_subscription(
             message_class(one.type),
             one.name,
-            lambda data, key=one.key: self.gate.receive(key, data),
+            self._receive_joints if joints else partial(self._receive, one.key),
             qos_profile(one.qos),
+            event_callbacks=SubscriptionEventCallbacks(
+                matched=self._senders.changed if joints else None
+            ),
             qos_overriding_options=OVERRIDABLE,
             raw=True,
         )
 
+    def _receive(self, key: str, data: bytes) -> None:
+        self.gate.receive(key, data)
+
+    def _receive_joints(self, data: bytes) -> None:
+        self.gate.receive("joint_command", data)
+        self._senders.after_order()
+
     def _grid(self) -> Grid:
         asked, step_ns = self.settings, self.simulation.step_ns
-        grid = Grid.of(step_ns, asked.publish_rate, asked.control_rate)
+        grid = Grid.of(step_ns, asked.publish_rate, asked.control_rate, asked.clock_rate)
         for name, rate, steps in (
+            ("clock_rate", asked.clock_rate, grid.clock),
             ("publish_rate", asked.publish_rate, grid.publish),
             ("control_rate", asked.control_rate, grid.control),
         ):
-            got = 1e9 / (steps * step_ns)
+            got = 1e9 / (max(1, steps) * step_ns)
             if rate and abs(got - rate) > 1e-6 * rate:
                 self.node.get_logger().info(
                     f"{name} = {rate:g} Hz is not a whole number of steps of {step_ns * 1e-9:g} s: "
@@ -303,12 +306,3 @@ class Arm:
             f"{'paused' if s.start_paused else 'running'}; "
             f"recording {'to ' + one_line(s.record) if s.record else 'off'}"
         )
-
-
-def run_metadata(settings: Settings, prefix: str) -> dict[str, str]:
-    """Everything besides the scene that a re-simulation of the run needs to know, as text."""
-    names = (
-        "command_timeout", "command_ramp", "frame_id", "poses", "publish_rate", "control_rate",
-        "real_time_factor",
-    )  # fmt: skip
-    return {"node": prefix} | {name: repr(getattr(settings, name)).strip("'") for name in names}

@@ -8,6 +8,7 @@ from geometry_msgs.msg import TransformStamped
 
 from soft_sim_ros.foreign import shown
 from soft_sim_ros.node.parameters import ParameterError
+from soft_sim_ros.node.publishers import Matched, events
 from soft_sim_ros.scene import Joint, RigidBody, Scene
 
 if TYPE_CHECKING:
@@ -33,9 +34,13 @@ class ArmFrames:
         Names of joints and rigid bodies, with commas between them; ``all`` for all of them.
     backbone : int
         How many frames along the rods, base to tip, ``backbone_0`` and so on; 0 for none.
+    matched : callable
+        Told when listeners come and go.
     """
 
-    def __init__(self, node, scene: Scene, frame_id: str, chosen: str, backbone: int):
+    def __init__(
+        self, node, scene: Scene, frame_id: str, chosen: str, backbone: int, matched: Matched
+    ):
         try:
             from tf2_msgs.msg import TFMessage
         except ImportError as error:
@@ -43,7 +48,9 @@ class ArmFrames:
             raise ParameterError([fault]) from error
         self._names = [BASE, TIP, *chosen_frames(scene, chosen)]
         self._backbone, self._message = backbone, TFMessage
-        self._publisher = node.create_publisher(TFMessage, "/tf", 100)
+        self._publisher = node.create_publisher(
+            TFMessage, "/tf", 100, event_callbacks=events(matched, "tf")
+        )
         prefix = node.get_fully_qualified_name().lstrip("/")
         names = self._names + [f"backbone_{i}" for i in range(backbone)]
         self._transforms = [TransformStamped() for _ in names]

@@ -111,6 +111,7 @@ class Facts:
     poses : number of backbone poses
     frame_id : frame of the poses
     command_timeout, command_ramp : s
+    joint_command_hold : whether joint commands have no timeout while their sender is there
     """
 
     node: str
@@ -118,6 +119,7 @@ class Facts:
     frame_id: str
     command_timeout: float
     command_ramp: float
+    joint_command_hold: bool = False
 
 
 def facts(path: object, metadata: Mapping[str, str]) -> Facts:
@@ -134,6 +136,7 @@ def facts(path: object, metadata: Mapping[str, str]) -> Facts:
         metadata["frame_id"],
         _number(path, metadata, "command_timeout", 0.0, _LONGEST_WAIT),
         _number(path, metadata, "command_ramp", 0.0, _LONGEST_WAIT),
+        metadata.get("joint_command_hold") == "True",  # older recordings have none
     )
 
 

@@ -23,6 +23,7 @@ def record_eventful_run(folder: Path, peer: Peer) -> Path:
         command_timeout=0.2,
         command_ramp=0.1,
         control_rate=200,
+        joint_command_hold="false",
     )
     states = peer.listen(JointState, "joint_states", 1000)
     command = peer.talk(Float64MultiArray, "soft_arm/command")

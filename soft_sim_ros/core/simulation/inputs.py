@@ -116,6 +116,16 @@ class Inputs:
             raise CommandError(
                 JOINT_COMMAND, f"{len(efforts)} efforts for {len(names)} names ({given})", "length"
             )
+        channels = self.channels(names)
+        values = numbers(JOINT_COMMAND, efforts)
+        if values.shape != channels.shape:
+            raise CommandError(
+                JOINT_COMMAND, f"efforts of shape {values.shape}: expected a list", "length"
+            )
+        return self._bounded(JOINT_COMMAND, channels, values)
+
+    def channels(self, names: Sequence[str]) -> np.ndarray:
+        """Return the channels (len(names),) of actuators by name."""
         unknown = [name for name in names if name not in self._index]
         if unknown:
             raise CommandError(
@@ -127,13 +137,7 @@ class Inputs:
             counts = Counter(names)
             twice = listed((name for name in sorted(counts) if counts[name] > 1), write=bare)
             raise CommandError(JOINT_COMMAND, f"actuator named more than once: {twice}", "twice")
-        channels = np.array([self._index[name] for name in names], dtype=np.intp)
-        values = numbers(JOINT_COMMAND, efforts)
-        if values.shape != channels.shape:
-            raise CommandError(
-                JOINT_COMMAND, f"efforts of shape {values.shape}: expected a list", "length"
-            )
-        return self._bounded(JOINT_COMMAND, channels, values)
+        return np.array([self._index[name] for name in names], dtype=np.intp)
 
     def wrench_order(self, wrench: Sequence[float], frame: str = WORLD) -> Order:
         """Order for the tip wrench (6,), moment N·m then force N; "world" dead, "tip" follower."""
@@ -176,7 +180,8 @@ class Inputs:
         else:
             self._pushed = True
         self._held[order.channels] = order.values
-        self._since[order.channels] = now
+        self._since[order.channels] = _NEVER if order.lasting else now
+        self._lasting[order.channels] = order.lasting
         self._late[order.channels] = False
         self._oldest = int(self._since.min())
         if order.frame is not None:
@@ -200,6 +205,11 @@ class Inputs:
         order = self.wrench_order(wrench, frame)
         self.take(order)
         return order
+
+    def released(self) -> Order | None:
+        """Return the order that gives a timeout to what lasts without one; None: nothing does."""
+        channels = np.flatnonzero(self._lasting)
+        return Order(channels, self._held[channels]) if len(channels) else None
 
     # Time.
 
@@ -258,7 +268,7 @@ class Inputs:
         if dropped:
             self._held[part] = self._safe[part]
             self._since[part] = _NEVER
-            self._late[part] = False
+            self._late[part] = self._lasting[part] = False
             self._oldest = int(self._since.min())
             self._changed = self._pushed = True
             self.simulation.forget_attempts()
@@ -275,6 +285,7 @@ class Inputs:
         self._since = np.full(self._safe.shape, _NEVER, dtype=np.int64)
         self._oldest = _NEVER  # the earliest of ``_since``
         self._late: np.ndarray = np.zeros(self._safe.shape, dtype=bool)
+        self._lasting: np.ndarray = np.zeros(self._safe.shape, dtype=bool)
         self._frame = WORLD
         self._changed = self._pushed = True  # efforts, wrench
 

@@ -23,13 +23,15 @@ class Order:
 
     ``channels`` (k,) counts the actuators first, then the six components of the tip wrench;
     ``values`` (k,) are efforts in actuator units, moments in N·m, forces in N, already inside the
-    limits. ``clamped`` says in words what had to be cut. ``frame`` is set for a wrench only.
+    limits. ``clamped`` says in words what had to be cut. ``frame`` is set for a wrench only. A
+    ``lasting`` order has no timeout.
     """
 
     channels: np.ndarray
     values: np.ndarray
     clamped: tuple[str, ...] = ()
     frame: str | None = None
+    lasting: bool = False
 
 
 def wrench_frame(frame_id: str, base_frame_id: str) -> str:
