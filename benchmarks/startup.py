@@ -37,7 +37,7 @@ def book(what):
     global last
     now = time.perf_counter()
     times[what], last = now - last, now
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.scene import load_scene
 book("import")
 scene = load_scene(sys.argv[1])

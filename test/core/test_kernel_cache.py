@@ -14,7 +14,7 @@ import json, warnings
 import numpy as np
 with warnings.catch_warnings(record=True) as warned:
     warnings.simplefilter("always")
-    from soft_sim_ros.core import se3
+    from soft_sim_ros.core.algebra import se3
     from soft_sim_ros.core.backend import disk
     value = se3.exp(np.arange(6) / 10).tolist()
     se3._stumpff(1.0)

@@ -86,7 +86,7 @@ def test_fused_products_are_rounded_once_and_others_twice():
 BITS = """
 import hashlib
 import numpy as np
-from soft_sim_ros.core.dynamics import Dynamics
+from soft_sim_ros.core.settled import Dynamics
 from soft_sim_ros.scene import load_scene
 
 dynamics = Dynamics(load_scene("cantilever"))

@@ -16,7 +16,7 @@ from soft_sim_ros.core.backend import together
 SCRIPT = """
 import json, os, sys, warnings
 import numpy as np
-from soft_sim_ros.core import se3
+from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.backend import together
 from soft_sim_ros.core.backend.jit import signature_of
 
@@ -91,7 +91,7 @@ import os, sys
 os.sched_getaffinity = lambda _: {0, 1}
 from soft_sim_ros.core.backend import together
 together.listeners.append(lambda name: print(name, flush=True))
-from soft_sim_ros.core.simulation import Simulation
+from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.scene import load_scene
 Simulation(load_scene("soft_arm"))
 """

@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 USER = """\
 from soft_sim_ros import Simulation, load_scene, read_run
-from soft_sim_ros.core.inputs import Inputs
+from soft_sim_ros.core.simulation.inputs import Inputs
 
 scene = load_scene("soft_arm")
 simulation = Simulation(scene)
