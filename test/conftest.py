@@ -37,8 +37,10 @@ def domain() -> int:
 # Tests must neither hear nor disturb anybody else, on this machine or beyond.
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_DOMAIN_ID"] = str(domain())
-# A shell that runs the tests in the background has them ignore Ctrl-C, and they would hand that on.
+# A shell that runs the tests in the background has them ignore Ctrl-C, ``nohup`` a closed terminal,
+# and they would hand that on.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 # Where compiled code never comes back, no thread of Python (pytest-timeout has one) ends the test.

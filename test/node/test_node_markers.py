@@ -156,7 +156,7 @@ def test_nothing_is_built_while_nobody_listens(monkeypatch):
 
     monkeypatch.setattr(scenery.Scenery, "draw", counted)
     node = Silent()
-    markers = module.Markers(node, "world", 30.0, lambda: True)
+    markers = module.Markers(node, "world", 30.0, lambda: True, lambda *_: None)
     markers.show(Simulation(load_scene(str(SCENE))))
     for index in range(5):
         markers.send(index)

@@ -40,6 +40,10 @@ def test_the_tip_is_a_frame(tmp_path, peer):
     assert program.end() == 0
 
 
+def nobody(*_):
+    """Take no note of listeners that come and go."""
+
+
 class Ear:
     """A node whose one publisher keeps what it is given."""
 
@@ -49,7 +53,7 @@ class Ear:
     def get_fully_qualified_name(self):
         return "/left/soft_arm"
 
-    def create_publisher(self, *_):
+    def create_publisher(self, *_, **__):
         return SimpleNamespace(publish=self.heard.append, get_subscription_count=lambda: 1)
 
 
@@ -68,7 +72,7 @@ def test_chosen_frames_and_those_along_the_backbone_are_where_the_arm_has_them(t
 
     simulation = Simulation(load_scene("mixed_chain"))
     node = Ear()
-    frames = ArmFrames(node, simulation.scene, "world", "elbow, gripper", 5)
+    frames = ArmFrames(node, simulation.scene, "world", "elbow, gripper", 5, nobody)
     frames.show(simulation)
     simulation.advance(20)
     frames.send(1_500_000_000)
@@ -97,4 +101,4 @@ def test_a_frame_that_is_none_of_the_scene_is_refused_with_those_there_are(tf2):
     from soft_sim_ros.scene import load_scene
 
     with pytest.raises(ParameterError, match="shoulder, elbow_motor, elbow, gripper.*'elbo'"):
-        ArmFrames(Ear(), load_scene("mixed_chain"), "world", "elbo", 0)
+        ArmFrames(Ear(), load_scene("mixed_chain"), "world", "elbo", 0, nobody)
