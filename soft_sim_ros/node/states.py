@@ -46,6 +46,7 @@ class States:
         """Send and record the present state: build nothing that nobody wants."""
         index, time_ns = self._simulation.step_index, self._simulation.time_ns
         self._sent = index
+        self.rest()  # whoever is there hears this one
         for key, build in self._builders:
             wanted = self._outlet.wanted(key)
             if wanted or self._log is not None:
