@@ -283,7 +283,7 @@ class Physics:
             if self._stop.is_set():
                 return False, f"ended {left} steps early"
             if time.monotonic() > end:
-                if self.simulation.step_index != self._sent:
+                if not self._states.up_to_date:
                     self._emit()
                 made = f"{steps - left} of {steps} steps, now at t = {self.simulation.time:.9g} s"
                 return False, f"{made}: more take over {LONGEST_STEPPING:g} s; call ~/step again"

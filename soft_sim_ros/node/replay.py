@@ -53,6 +53,7 @@ def main(args: list[str] | None = None) -> int:
             print(f"{NAME}: {one_line(error)}", file=sys.stderr)
             return 2
         except Stopped:
+            print(f"{NAME}: stopped: before the first message", file=sys.stderr)
             return 0
         finally:
             rclpy.try_shutdown()

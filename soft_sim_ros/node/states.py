@@ -37,10 +37,15 @@ class States:
         self._next_look = 0.0
 
     @property
+    def up_to_date(self) -> bool:
+        """Whether the present state was sent."""
+        return self._simulation.step_index == self._sent
+
+    @property
     def due(self) -> bool:
         """Whether the present state is on the grid and was not sent yet."""
-        index = self._simulation.step_index
-        return index % self._grid.publish == 0 and index != self._sent
+        on_grid = self._simulation.step_index % self._grid.publish == 0
+        return on_grid and not self.up_to_date
 
     def send(self) -> None:
         """Send and record the present state: build nothing that nobody wants."""
