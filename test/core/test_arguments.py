@@ -98,11 +98,11 @@ def test_lists_whole_numbers_and_strided_arrays_are_numbers_too(arm):
     ("options", "told"),
     [
         ({"load": 5.0}, "the branch starts at the load 5, not within"),
-        ({"step": 0.0}, "step must be above zero, not 0.0"),
-        ({"step": -0.1}, "step must be above zero, not -0.1"),
-        ({"max_step": np.nan}, "max_step must be above zero, not nan"),
-        ({"steps": 0}, "steps must be above zero, not 0"),
-        ({"tolerance": 0.0}, "tolerance must be above zero"),
+        ({"step": 0.0}, "step must be a finite number above zero, not 0.0"),
+        ({"step": -0.1}, "step must be a finite number above zero, not -0.1"),
+        ({"max_step": np.nan}, "max_step must be a finite number above zero, not nan"),
+        ({"steps": 0}, r"steps must be a whole number in \[1, 1000000\], not 0"),
+        ({"tolerance": 0.0}, "tolerance must be a finite number above zero"),
     ],
 )
 def test_a_branch_that_cannot_be_followed_as_asked_is_refused(arm, options, told):
@@ -114,7 +114,7 @@ def test_a_branch_that_cannot_be_followed_as_asked_is_refused(arm, options, told
 def test_neither_can_one_be_switched_to(arm):
     point = SpecialPoint("bifurcation", 0.5, np.zeros(6), np.eye(6)[:, :1], 0)
     path = tip_wrench(arm, BENT)
-    with pytest.raises(ValueError, match="offset must be above zero"):
+    with pytest.raises(ValueError, match="offset must be a finite number above zero"):
         switch(arm, path, point, within=(0.0, 1.0), offset=0.0)
     with pytest.raises(ValueError, match="starts at the load 0.5, not within"):
         switch(arm, path, point, within=(1.0, 2.0))
@@ -130,8 +130,8 @@ def test_a_load_that_does_not_act_leads_nowhere(arm):
     ("options", "told"),
     [
         ({"rotation": np.diag([1.0, 1.0, -1.0])}, "rotation must be a rotation matrix"),
-        ({"tolerance": 0.0}, "tolerance must be above zero"),
-        ({"tolerance": np.nan}, "tolerance must be above zero"),
+        ({"tolerance": 0.0}, "tolerance must be a finite number above zero"),
+        ({"tolerance": np.nan}, "tolerance must be a finite number above zero"),
     ],
 )
 def test_a_pose_that_is_none_is_refused(arm, options, told):
