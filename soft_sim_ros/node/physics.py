@@ -157,7 +157,7 @@ class Physics:
 
     def _run(self) -> None:
         self._emit()
-        before, counted_ns, moving = time.monotonic_ns(), self.simulation.time_ns, False
+        before, counted_ns = time.monotonic_ns(), self.simulation.time_ns
         while not self._stop.is_set():
             # A state is computed ahead of its time and sent when it is due. A request need not wait
             # for that, an order does: neither of them lets the next step begin early.
@@ -171,15 +171,11 @@ class Physics:
                 self._emit_on_grid()
             self._inbox.empty(self._take)
             if self.paused:
-                if moving:
-                    self._states.rest()
-                moving = False
                 self._inbox.wake.wait(BEAT)
                 self._inbox.wake.clear()
                 self._states.look_for_latecomers()
                 before, counted_ns = time.monotonic_ns(), self.simulation.time_ns
             elif due:
-                moving = True
                 self._advance(self.grid.steps_from(self.simulation.step_index))
         self._emit_on_grid()  # what was computed last may not have been due yet
         self._look_at_ledger()

@@ -51,7 +51,7 @@ class States:
         """Send and record the present state: build nothing that nobody wants."""
         index, time_ns = self._simulation.step_index, self._simulation.time_ns
         self._sent = index
-        self.rest()  # whoever is there hears this one
+        self._known, self._owed = self._outlet.joined(), {}  # whoever is there hears this one
         for key, build in self._builders:
             wanted = self._outlet.wanted(key)
             if wanted or self._log is not None:
@@ -72,10 +72,6 @@ class States:
         if clock and index % clock == 0 and index != self._ticked:
             self._ticked = index
             self._outlet.clock(self._simulation.time_ns)
-
-    def rest(self) -> None:
-        """Take note of who listens, and has heard: from here on nothing moves."""
-        self._known, self._owed = self._outlet.joined(), {}
 
     def look_for_latecomers(self) -> None:
         """Send the present state to topics with new listeners; record nothing."""
