@@ -7,6 +7,7 @@ from soft_sim_ros.scene.actuator import (
     MomentActuator,
     TendonActuator,
 )
+from soft_sim_ros.scene.attachment import BASE, Attachment, Forest
 from soft_sim_ros.scene.body import Body, FlexibleLink, RigidBody, Rod
 from soft_sim_ros.scene.initial import Initial
 from soft_sim_ros.scene.joint import Joint
@@ -23,10 +24,11 @@ from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 
 __all__ = [
-    "BASES", "INTEGRATORS", "STRAINS",
-    "Actuator", "Basis", "Body", "ChamberActuator", "Curve", "DistributedLoad", "FlexibleLink",
-    "Free", "Initial", "Joint", "JointActuator", "Load", "Material", "Maxwell", "MomentActuator",
-    "Numerics", "PointLoad", "Pose", "Reference", "RigidBody", "Rivlin", "Rod", "Scene",
+    "BASE", "BASES", "INTEGRATORS", "STRAINS",
+    "Actuator", "Attachment", "Basis", "Body", "ChamberActuator", "Curve", "DistributedLoad",
+    "FlexibleLink", "Forest", "Free", "Initial", "Joint", "JointActuator", "Load", "Material",
+    "Maxwell", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference", "RigidBody",
+    "Rivlin", "Rod", "Scene",
     "Schedule", "Section", "SectionSummary", "TendonActuator", "load_scene", "packaged_scenes",
     "parse_scene", "register_law", "register_profile", "summary", "total_mass",
 ]  # fmt: skip

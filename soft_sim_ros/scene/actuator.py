@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from soft_sim_ros.scene.attachment import BASE, Attachment, Forest
 from soft_sim_ros.scene.body import ROUNDING, Body, RigidBody, Rod
 from soft_sim_ros.scene.interval import ANY, FINITE, NONNEGATIVE, POSITIVE, Interval
 from soft_sim_ros.scene.joint import Joint
@@ -134,8 +135,9 @@ class ChamberActuator(Routed, Port):
 Actuator = MomentActuator | JointActuator | TendonActuator | ChamberActuator
 
 
-def read_actuators(entries: list[Reader], bodies: tuple[Body, ...]) -> tuple[Actuator, ...]:
+def read_actuators(entries: list[Reader], forest: Forest) -> tuple[Actuator, ...]:
     """Read ``actuators``; their order is the order of the efforts in a command."""
+    bodies = forest.bodies
     rods = {body.name: body for body in bodies if isinstance(body, Rod)}
     joints = {body.name: body for body in bodies if isinstance(body, Joint)}
     actuators: list[Actuator] = []
@@ -147,9 +149,9 @@ def read_actuators(entries: list[Reader], bodies: tuple[Body, ...]) -> tuple[Act
         elif kind in ("joint_torque", "joint_force"):
             actuators.append(_read_joint_actuator(reader, kind, name, joints))
         elif kind == "tendon":
-            actuators.append(_read_tendon(reader, name, bodies))
+            actuators.append(_read_tendon(reader, name, forest))
         else:
-            actuators.append(_read_chamber(reader, name, bodies))
+            actuators.append(_read_chamber(reader, name, forest))
     return tuple(actuators)
 
 
@@ -177,9 +179,9 @@ def _read_joint_actuator(
     return JointActuator(name, *_read_limits(reader), joint.name, axis, turns)
 
 
-def _read_tendon(reader: Reader, name: str, bodies: tuple[Body, ...]) -> TendonActuator:
+def _read_tendon(reader: Reader, name: str, forest: Forest) -> TendonActuator:
     reader.only("tendon", "rod", "rods", *ROUTE, "control", *TENDON, *LIMITS)
-    stretches = _read_route(reader, _read_lane(reader, bodies))
+    stretches = _read_route(reader, _read_lane(reader, forest))
     control = reader.choice("control", ("tension", "length"), default="tension")
     if control == "length":
         stiffness = reader.number("axial_stiffness", POSITIVE)
@@ -200,36 +202,55 @@ def _read_tendon(reader: Reader, name: str, bodies: tuple[Body, ...]) -> TendonA
     )  # fmt: skip
 
 
-def _read_chamber(reader: Reader, name: str, bodies: tuple[Body, ...]) -> ChamberActuator:
+def _read_chamber(reader: Reader, name: str, forest: Forest) -> ChamberActuator:
     reader.only("chamber", "rod", "rods", "section", *ROUTE, "area", *LIMITS)
-    stretches = _read_route(reader, _read_lane(reader, bodies))
+    stretches = _read_route(reader, _read_lane(reader, forest))
     area = reader.number("area", POSITIVE)
     limits, safe = _read_limits(reader)
     return ChamberActuator(name, limits, safe, stretches, area)
 
 
-def _read_lane(reader: Reader, bodies: tuple[Body, ...]) -> Lane:
+def _read_lane(reader: Reader, forest: Forest) -> Lane:
     """Read along which rods a path runs: ``rod``, or ``rods`` that nothing moves against another.
 
     What joins them is rigid, so the straight piece of path from one to the next has one length.
     """
-    rods = {body.name: body for body in bodies if isinstance(body, Rod)}
+    rods = {body.name: body for body in forest.bodies if isinstance(body, Rod)}
     if reader.one_of(("rod", "rods"), default="rod") == "rod":
         return Lane((rods[reader.reference("rod", rods, "rod")],))
     reader.no_effect("section", "it is for a path along one rod")
     names = reader.references("rods", rods, "rod")
-    order = [body.name for body in bodies]
     for one, other in itertools.pairwise(names):
-        between = bodies[order.index(one) + 1 : order.index(other)]
+        between, last = _between(forest, one, other)
+        if last is None:
+            expected = f"rods in the order from base to tip, but {other} is not beyond {one}"
+            reader.refuse(expected, "rods")
         moving = [b.name for b in between if not (isinstance(b, RigidBody) or _is_fixed(b))]
-        if order.index(other) < order.index(one):
-            reader.refuse(f"rods in the order of the chain, {other} comes before {one}", "rods")
         if rods[other].model.is_limp:
             moving.append(f"the hinge at the start of {other}")
         if moving:
             what = f"{', '.join(moving)} moves {other} against {one}"
             reader.refuse(f"rods that are rigidly joined, but {what}", "rods")
+        if last.s is not None:
+            expected = f"rods from end to start, but {other} hangs on {one} at s = {last.s:g} m"
+            reader.refuse(expected, "rods")
     return Lane(tuple(rods[name] for name in names))
+
+
+def _between(forest: Forest, one: str, other: str) -> tuple[list[Body], Attachment | None]:
+    """Return the bodies between two, and how the first of them, or the other, hangs on the one.
+
+    None if the other is not beyond the one.
+    """
+    by_name = {body.name: body for body in forest.bodies}
+    between: list[Body] = []
+    name = other
+    while (parent := forest.parent(name)) != one:
+        if parent == BASE:
+            return [], None
+        name = parent
+        between.insert(0, by_name[name])
+    return between, forest.attachments.get(name, Attachment(one))
 
 
 def _is_fixed(body: Body) -> bool:

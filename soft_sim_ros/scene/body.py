@@ -1,4 +1,4 @@
-"""Bodies of the chain, base to tip: rods, floating-frame links, joints and rigid bodies."""
+"""Bodies: rods, floating-frame links, joints and rigid bodies."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ROUNDING = 1e-9  # of the length of a rod
 
 @dataclass(frozen=True)
 class Rod:
-    """An elastic rod that leaves the frame before it along that frame's x axis.
+    """An elastic rod that leaves the frame it is attached to along that frame's x axis.
 
     ``strains`` are the components that can change, in the order of STRAINS: those of its model,
     or some of them. The others keep their reference values.
@@ -103,8 +103,8 @@ class RigidBody:
 Body = Rod | FlexibleLink | Joint | RigidBody
 
 
-def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> tuple[Body, ...]:
-    """Read the chain, base to tip."""
+def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> list[Body]:
+    """Read ``bodies`` in the order of the list; where they are attached is read_forest.py's."""
     bodies: list[Body] = []
     taken: set[str] = set()
     for reader in entries:
@@ -112,18 +112,15 @@ def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> tuple[
         name = reader.name(kind, taken=taken)
         taken.add(name)
         if kind == "rod":
-            reader.only("rod", "model", "strains", "sections")
+            reader.only("rod", "parent", "model", "strains", "sections")
             bodies.append(_read_rod(reader, name, materials))
         elif kind == "flexible_link":
             bodies.append(_read_flexible_link(reader, name, materials))
         elif kind == "joint":
-            joint = read_joint(reader, name)
-            if joint.kind == "free" and bodies:
-                reader.refuse("a free joint only as the first of the bodies", "kind")
-            bodies.append(joint)
+            bodies.append(read_joint(reader, name))
         else:
             bodies.append(_read_rigid_body(reader, name))
-    return tuple(bodies)
+    return bodies
 
 
 def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
@@ -142,6 +139,7 @@ def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
 def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material]) -> FlexibleLink:
     reader.only(
         "flexible_link",
+        "parent",
         "strains",
         "sections",
         "modes",
@@ -180,7 +178,7 @@ def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material
 
 
 def _read_rigid_body(reader: Reader, name: str) -> RigidBody:
-    reader.only("rigid_body", "mass", "inertia", "com")
+    reader.only("rigid_body", "parent", "mass", "inertia", "com")
     mass = reader.number("mass", POSITIVE)
     inertia = reader.vector("inertia", 3, NONNEGATIVE, default=(0, 0, 0))
     largest = float(inertia.max())

@@ -60,7 +60,7 @@ class Joint:
 
 def read_joint(reader: Reader, name: str) -> Joint:
     """Read a joint."""
-    reader.only("joint", "kind", "axis", "axes", "offset", "stiffness", "damping")
+    reader.only("joint", "parent", "kind", "axis", "axes", "offset", "stiffness", "damping")
     kind = reader.choice("kind", JOINT_KINDS)
     offset = read_pose(reader.mapping("offset"))
     article = f"a {kind} joint"

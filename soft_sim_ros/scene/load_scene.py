@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from soft_sim_ros.errors import SceneError, UnfitFile
 from soft_sim_ros.files import read_bytes
 from soft_sim_ros.paths import config_directory
 from soft_sim_ros.scene.actuator import Actuator, read_actuators
+from soft_sim_ros.scene.attachment import Attachment, Forest
 from soft_sim_ros.scene.body import Body, read_bodies
 from soft_sim_ros.scene.document import MOST_TEXT, Document
 from soft_sim_ros.scene.initial import Initial, read_initial
@@ -18,6 +20,7 @@ from soft_sim_ros.scene.load import Load, read_loads
 from soft_sim_ros.scene.material import Material, read_material
 from soft_sim_ros.scene.numerics import Numerics, read_numerics
 from soft_sim_ros.scene.pose import Pose, read_pose
+from soft_sim_ros.scene.read_forest import read_forest
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.scene.words import NAME
@@ -29,21 +32,28 @@ GRAVITY = (0.0, 0.0, -9.81)
 class Scene:
     """Everything a person writes down to have an arm simulated; SI units.
 
-    gravity (3,) in m/s², world frame; base: pose of the first body in the world frame; bodies:
-    the chain, base to tip; source: the YAML text, tables from other files put in; file: where it
-    came from.
+    gravity (3,) in m/s², world frame; base: pose of the base frame in the world frame; bodies: the
+    forest, depth first from the base (attachment.py); attachments: by name of a body, where it is
+    attached if that is not the end of the body before it; source: the YAML text, tables from other
+    files put in; file: where it came from.
     """
 
     name: str
     gravity: Floats
     base: Pose
     bodies: tuple[Body, ...]
+    attachments: Mapping[str, Attachment]
     actuators: tuple[Actuator, ...]
     loads: tuple[Load, ...]
     initial: Initial
     numerics: Numerics
     source: str
     file: str
+
+    @property
+    def forest(self) -> Forest:
+        """The bodies and where they are attached."""
+        return Forest(self.bodies, self.attachments)
 
 
 def load_scene(path_or_name: str | Path) -> Scene:
@@ -95,13 +105,16 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
     gravity = reader.vector("gravity", 3, default=GRAVITY)
     base = read_pose(reader.mapping("base"))
     materials = _read_materials(reader.mapping("materials"))
-    bodies = read_bodies(reader.entries("bodies", required=True), materials)
+    entries = reader.entries("bodies", required=True)
+    forest = read_forest(entries, read_bodies(entries, materials))
+    bodies = forest.bodies
     return Scene(
         name=name,
         gravity=gravity,
         base=base,
         bodies=bodies,
-        actuators=read_actuators(reader.entries("actuators"), bodies),
+        attachments=forest.attachments,
+        actuators=read_actuators(reader.entries("actuators"), forest),
         loads=read_loads(reader.entries("loads"), bodies),
         initial=read_initial(reader.mapping("initial"), bodies),
         numerics=read_numerics(reader.mapping("numerics"), bodies),

@@ -1,7 +1,8 @@
-"""From bodies to segments: a growing chain that compile.py writes into flat arrays."""
+"""From bodies to segments: a growing forest that compile/scene.py writes into flat arrays."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -35,8 +36,36 @@ class RodMap:
         return self.rod.length
 
 
+@dataclass
+class Branch:
+    """Bodies in a row, each at the end of the one before: in a chain, all of them.
+
+    spans : the rods and links among them, what has a length, base to tip
+    behind : length in m of rods and links from the base to where the branch begins
+    """
+
+    first_node: int
+    behind: float
+    spans: list[RodMap | LinkMap] = field(default_factory=list)
+    last_node: int = 0
+
+    @property
+    def length(self) -> float:
+        """Length in m of its rods and links."""
+        return sum(span.length for span in self.spans)
+
+    @property
+    def name(self) -> str:
+        """The name of the first rod or link; empty without any."""
+        return _name(self.spans[0]) if self.spans else ""
+
+
+def _name(span: RodMap | LinkMap) -> str:
+    return span.rod.name if isinstance(span, RodMap) else span.link.name
+
+
 class Chain:
-    """A chain of segments under construction; node 0 is the base frame."""
+    """A forest of segments under construction, depth first; node 0 is the base frame."""
 
     def __init__(self) -> None:
         self.segments: list[Segment] = []
@@ -50,6 +79,12 @@ class Chain:
         self.joints: dict[str, range] = {}  # coordinates of a joint
         self.charts: list[int] = []  # first coordinates of rotation vectors
         self.free: list[int] = []  # segment that turns a free base
+        self.ends: dict[str, int] = {}  # last node of every body
+        self.branches: list[Branch] = [Branch(0, 0.0)]
+        # length in m of the rods and links from the base to every node, all of those that begin
+        # before it
+        self.behind: list[float] = [0.0]
+        self._ahead = 0.0  # length of the rod or link that has just begun, m
 
     @property
     def node(self) -> int:
@@ -65,15 +100,40 @@ class Chain:
         """Return the coordinates of a joint or of a floating-frame link."""
         return self.joints[name] if name in self.joints else self.links[name].columns
 
-    def behind(self, node: int) -> float:
-        """Return the length in m of rods and links that begin before a node."""
-        return sum(span.length for span in self.spans if span.first_node < node)
+    def branch(self, node: int, pose: Pose, behind: float) -> None:
+        """Begin a branch: what comes leaves a node by a rigid offset, which may be none.
+
+        behind : length in m of rods and links from the base to there
+        """
+        self.branches[-1].last_node = self.node
+        self._open_block(0, np.zeros((0, 0)), np.zeros((0, 0)))
+        twist = se3.log(se3.pose_matrix(pose.position, pose.quaternion))
+        self.add(Segment(0.5, 0.0, np.array([twist, twist]), origin=node))
+        self.behind[-1] = behind
+        self.branches.append(Branch(self.node, behind))
+
+    def close(self) -> None:
+        """Say that no body comes any more."""
+        self.branches[-1].last_node = self.node
+        origins = {segment.origin for segment in self.segments}
+        self.tips = [node for node in range(self.node + 1) if node not in origins]
+        # the longest way through a node, base to tip
+        self.whole = list(self.behind)
+        for k in range(self.node - 1, -1, -1):
+            at = self.segments[k].origin
+            self.whole[at] = max(self.whole[at], self.whole[k + 1])
+        longest = self.whole[0] or 1.0
+        self.whole = [length or longest for length in self.whole]
 
     def add(
         self, segment: Segment, inertia: Floats | None = None, damping: Floats | None = None
     ) -> None:
         """Append a segment and the node after it."""
+        if segment.origin < 0:
+            segment.origin = self.node
         self.segments.append(segment)
+        self.behind.append(self.behind[-1] + self._ahead)
+        self._ahead = 0.0
         self.inertia.append(np.zeros(4) if inertia is None else inertia.copy())
         self.mass_damping.append(np.zeros(4) if damping is None else damping.copy())
 
@@ -147,16 +207,30 @@ class Chain:
             return rod_map.first_node
         return 1 + min(self.rod_segments(rod_map), key=lambda item: abs(item[1].span[1] - s))[0]
 
-    def rod(self, rod: Rod, basis: Basis, cuts: set[float], winding: float = 0.0) -> None:
+    def span(self, span: RodMap | LinkMap) -> None:
+        """Note that what comes is a rod or link of some length."""
+        self.branches[-1].spans.append(span)
+        self._ahead = span.length
+
+    def rod(
+        self,
+        rod: Rod,
+        basis: Basis,
+        cuts: set[float],
+        winding: float = 0.0,
+        marked: Collection[float] = (),
+    ) -> None:
         """Append a rod, cut at section ends, element ends and the arc lengths ``cuts`` in m.
 
-        Where the data of a section change fast, each piece of it has its elements.
+        Where the data of a section change fast, each piece of it has its elements. At the arc
+        lengths ``marked`` bodies are attached: blocks of coordinates end there.
 
         ``winding`` in rad/m is by how much tendons wind about it.
         """
         pivot = self._pivot(rod) if rod.model.is_limp else []
         rod_map = RodMap(rod, self.node, [], pivot)
         self.rods[rod.name] = rod_map
+        self.span(rod_map)
         for i, section in enumerate(rod.sections):
             begin, end = rod.boundaries[i], rod.boundaries[i + 1]
             marks = {begin + (end - begin) * x for x in section.kinks}
@@ -167,7 +241,8 @@ class Chain:
             marks |= {s for s in cuts if begin < s < end}
             ends = _merge(sorted(marks), 1e-9 * rod.length)
             ends[0], ends[-1] = begin, end
-            self._section(rod_map, section, (begin, end), np.array(ends), basis, winding)
+            for label, part in _parts(ends, marked, basis):
+                self._section(rod_map, section, (begin, end), part, basis, winding, label)
         rod_map.last_node = self.node
 
     def _pivot(self, rod: Rod) -> list[int]:
@@ -192,6 +267,7 @@ class Chain:
         ends: Floats,
         basis: Basis,
         winding: float,
+        label: str,
     ) -> None:
         rod = rod_map.rod
         rule = get_basis(basis.kind)
@@ -209,7 +285,7 @@ class Chain:
                         else rule.count(ends)
                     )
                     columns.append((component, len(self.names) + len(labels), count))
-                    where = f"[{i}]" if own and len(ends) > 2 else ""
+                    where = f"[{i}]" if own and len(ends) > 2 else label
                     labels += [f"{rod.name}/{section.name}{where}/{name}/{j}" for j in range(count)]
             elements.append(
                 Element(
@@ -248,6 +324,25 @@ class Outline(Chain):
 
     def _fill(self, elements: list[Element], labels: list[str], basis: Basis) -> None:
         self.names += labels
+
+    def node_at(self, rod_map: RodMap, s: float) -> int:
+        """Return the first node of a rod: it has no others here."""
+        return rod_map.first_node
+
+
+def _parts(ends: list[float], marked: Collection[float], basis: Basis) -> list[tuple[str, Floats]]:
+    """Return the element ends of a section that share coordinates at most, each with a label.
+
+    Functions of one element end with it anyway; others end where a body is attached, since a
+    block of coordinates has to move all of it.
+    """
+    if isinstance(get_basis(basis.kind), ElementBasis):
+        return [("", np.array(ends))]
+    slack = 1e-9 * ends[-1]
+    inner = [i for i in range(1, len(ends) - 1) if any(abs(ends[i] - s) <= slack for s in marked)]
+    places = [0, *inner, len(ends) - 1]
+    parts = [np.array(ends[a : b + 1]) for a, b in zip(places[:-1], places[1:], strict=True)]
+    return [(f"[{i}]" if len(parts) > 1 else "", part) for i, part in enumerate(parts)]
 
 
 @lru_cache(maxsize=64)

@@ -40,6 +40,7 @@ def append_link(chain: Chain, link: FlexibleLink, loads: Sequence[Load] = ()) ->
     rest, shift = np.zeros((1, 3)), np.zeros((1, 3, link.modes))
     own = LinkMap(link, modes, columns, first, [first], rest, shift)
     chain.links[link.name] = own
+    chain.span(own)
     turns: list[tuple[Floats, Floats, float]] = []
     for damping, s, inertia in _distributions(link.rod):
         turn, moved = modes.fields(s)

@@ -15,10 +15,19 @@ from soft_sim_ros.core.algebra.motion_space import Spatial
 from soft_sim_ros.core.arguments import vector
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.model import Loads, Model
-from soft_sim_ros.core.model.packing import flat_entries, floats, ints
+from soft_sim_ros.core.model.packing import flat_entries, flat_tree, floats, ints
 from soft_sim_ros.core.quadrature import scattered
 from soft_sim_ros.errors import SceneError
-from soft_sim_ros.scene import FlexibleLink, Joint, PointLoad, RigidBody, Rod, Scene
+from soft_sim_ros.scene import (
+    BASE,
+    Attachment,
+    FlexibleLink,
+    Joint,
+    PointLoad,
+    RigidBody,
+    Rod,
+    Scene,
+)
 
 from .chain import Chain
 from .link import append_link
@@ -40,7 +49,8 @@ class Compiled:
     base: Floats  # (4, 4) base pose in the world
     gravity: Floats  # (3,) in the base frame, m/s²
     coordinate_names: tuple[str, ...]
-    length: float  # sum of rod lengths, m; 1 for a chain without rods
+    # of rods and links on the longest way from the base to a tip, m; 1 for a scene without any
+    length: float
 
     # Nothing in it changes, so a copy is itself; a pickle holds the scene.
 
@@ -80,21 +90,20 @@ def compile_scene(scene: Scene) -> Compiled:
 def _compiled(scene: Scene) -> Compiled:
     base = se3.pose_matrix(scene.base.position, scene.base.quaternion)
     chain = build_chain(scene)
-    length = sum(span.length for span in chain.spans) or 1.0
     return Compiled(
         scene=scene,
         chain=chain,
-        model=_flatten(scene, chain, length),
+        model=_flatten(scene, chain),
         loads=lump_loads(scene, chain, base[:3, :3]),
         base=base,
         gravity=base[:3, :3].T @ scene.gravity,
         coordinate_names=tuple(chain.names),
-        length=length,
+        length=chain.whole[0],
     )
 
 
 def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
-    """Return the chain of segments of a scene, rods cut where loads and tendons jump.
+    """Return the forest of segments of a scene, rods cut where loads, tendons and bodies jump in.
 
     It is put into ``chain``, if that is given.
     """
@@ -111,10 +120,18 @@ def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
                 cuts[stretch.rod] |= stretch.cuts
                 s = scattered(stretch.start, stretch.end)
                 turning[stretch.rod] = max(turning[stretch.rod], float(winding(stretch, s).max()))
+    marked: dict[str, set[float]] = {name: set() for name in cuts}
+    for attachment in scene.attachments.values():
+        if attachment.s is not None:
+            marked[attachment.parent].add(attachment.s)
     chain = Chain() if chain is None else chain
     for body in scene.bodies:
+        if body.name in scene.attachments:
+            _begin_branch(chain, scene.attachments[body.name])
         if isinstance(body, Rod):
-            chain.rod(body, scene.numerics.rods[body.name], cuts[body.name], turning[body.name])
+            own = marked[body.name]
+            basis, all_cuts = scene.numerics.rods[body.name], cuts[body.name] | own
+            chain.rod(body, basis, all_cuts, turning[body.name], own)
             _check_nodes(scene, chain, body)
         elif isinstance(body, FlexibleLink):
             append_link(chain, body, [load for load in scene.loads if load.body == body.name])
@@ -122,7 +139,23 @@ def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
             chain.joint(body)
         elif isinstance(body, RigidBody):
             chain.rigid_body(body)
+        chain.ends[body.name] = chain.node
+    chain.close()
     return chain
+
+
+def _begin_branch(chain: Chain, attachment: Attachment) -> None:
+    """Begin a branch at the base, at the end of a body, or somewhere along a rod."""
+    parent, s = attachment.parent, attachment.s
+    if parent == BASE:
+        chain.branch(0, attachment.offset, 0.0)
+    elif s is None:
+        node = chain.ends[parent]
+        chain.branch(node, attachment.offset, chain.behind[node])
+    else:
+        rod_map = chain.rods[parent]
+        node = chain.node_at(rod_map, s)
+        chain.branch(node, attachment.offset, chain.behind[rod_map.first_node] + s)
 
 
 def _check_nodes(scene: Scene, chain: Chain, rod: Rod) -> None:
@@ -144,7 +177,7 @@ def _check_nodes(scene: Scene, chain: Chain, rod: Rod) -> None:
             raise SceneError(scene.file, key, basis.nodes, expected)
 
 
-def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
+def _flatten(scene: Scene, chain: Chain) -> Model:
     blocks, segments = chain.blocks, chain.segments
     law = _sparse_law(chain)
     block_seg = ints([*(block.first_segment for block in blocks), len(segments)])
@@ -162,6 +195,7 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
         block_col=ints([*(block.begin for block in blocks), len(chain.names)]),
         block_seg=block_seg,
         seg_block=seg_block,
+        tree=flat_tree(segments, blocks),
         law_ptr=law[0],
         law_col=law[1],
         stiffness=law[2],
@@ -170,7 +204,7 @@ def _flatten(scene: Scene, chain: Chain, length: float) -> Model:
         branch_time=floats(chain.branch_time() if len(law[4]) else []),
         fibres=flatten_fibres(chain, seg_block),
         mass_damping=floats(chain.mass_damping if np.any(chain.mass_damping) else np.zeros((0, 4))),
-        weight=weights(chain, length),
+        weight=weights(chain),
         **flat_ports(scene, chain),
         chart=ints(chain.charts),
         free=ints(chain.free),

@@ -24,27 +24,34 @@ FINEST = 1 << 15
 LEAST = 1e-12
 
 
-def weights(chain: Chain, length: float) -> Floats:
+def weights(chain: Chain) -> Floats:
     """Return (n,) how far, in arm lengths, a unit of each coordinate may move the tip.
+
+    In a forest the arm of a coordinate is the longest way from the base through it to a tip.
 
     For strains it is ∫ |φ| lever ds, the lever being 1 for stretch and shear and the arc length up
     to the tip for torsion and bending. Never zero, whatever the functions of the basis are.
-
-    length : of the arm, m
     """
     out = np.zeros(len(chain.names))
     shifts = {e[0] for segment in chain.segments for e in segment.entries if e[1] >= ANGULAR}
     for name, own in chain.joints.items():
-        reach = max(length - chain.behind(chain.frames[name]), 0.1 * length)
+        node = chain.frames[name]
+        length = chain.whole[node]
+        reach = max(length - chain.behind[node], 0.1 * length)
         for column in own:
             out[column] = (1.0 if column in shifts else reach) / length
     for link_map in chain.links.values():
-        beyond = length - chain.behind(link_map.first_node) - link_map.length
+        length = chain.whole[link_map.first_node + 1]
+        beyond = length - chain.behind[link_map.first_node] - link_map.length
         out[link_map.columns] = link_map.reach(beyond) / length
     for rod_map in chain.rods.values():
-        ahead = length - chain.behind(rod_map.first_node)
+        length = chain.whole[rod_map.first_node + 1]
+        ahead = length - chain.behind[rod_map.first_node]
         out[rod_map.pivot] = ahead / length
         for element in rod_map.elements:
+            # what hangs on the rod before an element does not move with it
+            length = chain.whole[element.first_segment + 1]
+            ahead = length - chain.behind[rod_map.first_node]
             begin, end = element.span
             for columns in element.columns:
                 component, first, count = columns

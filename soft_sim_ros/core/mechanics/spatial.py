@@ -3,15 +3,16 @@
 ``recursion/rnea.py`` works in section frames (B's material formulation, (2.26)): twists are carried
 from frame to frame and wrenches carried back. Here every twist, momentum and wrench is taken about
 the origin of the base frame along its axes (the spatial formulation). Nothing has to be carried
-then: twists add up from the base, wrenches add up from the tip, and the balance of a node is that
+then: twists add up from the base, wrenches add up from the tips, and the balance of a node is that
 of Newton and Euler,
 
-    V_{k+1} = V_k + U_k,  U_k = Ad_{g_k} T(−Ω_k) Ω̇_k,
-    F_k = d/dt (I_k V_k) − loads,  S_k = F_k + S_{k+1},
+    V_{k+1} = V_p + U_k,  U_k = Ad_{g_p} T(−Ω_k) Ω̇_k,
+    F_k = d/dt (I_k V_k) − loads,  S_p = F_p + Σ S_{k+1},
 
-with I = Ad⁻ᵀ 𝓜 Ad⁻¹, which moves: that motion is B's defect of symmetry Z_g(𝓛). The two
-formulations share the model (strains at the Gauss points, lumped inertia, the section law) and the
-exponential map, not the recursion. This one is written to be read and compared, not to be fast.
+segment k going from node p to node k + 1, with I = Ad⁻ᵀ 𝓜 Ad⁻¹, which moves: that motion is B's
+defect of symmetry Z_g(𝓛). The two formulations share the model (strains at the Gauss points, lumped
+inertia, the section law) and the exponential map, not the recursion. This one is written to be read
+and compared, not to be fast.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from soft_sim_ros.core.algebra.dual import load_twist, store_twist
 from soft_sim_ros.core.algebra.rotation import stumpff, tangent_apply
 from soft_sim_ros.core.backend.jit import unit
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.model.model import origins
 from soft_sim_ros.core.recursion.rnea import inverse_dynamics as material_inverse_dynamics
 
 from .dynamics import Dynamics
@@ -40,7 +42,7 @@ class SpatialMotion(NamedTuple):
     twist: Floats  # (nodes, 6) V = (ġ g⁻¹)ᵛ
     rate: Floats  # (nodes, 6) V̇
     force: Floats  # (nodes, 6) d/dt (I V) − weight − loads of each node
-    wrench: Floats  # (nodes, 6) sum of ``force`` from a node to the tip
+    wrench: Floats  # (nodes, 6) sum of ``force`` of a node and of all beyond it
 
 
 @unit
@@ -89,19 +91,23 @@ def motion(
     pose, twist, rate = np.zeros((nodes, 4, 4)), np.zeros((nodes, 6)), np.zeros((nodes, 6))
     pose[0] = np.eye(4)
     local = np.zeros((2, 6))
-    for k in range(nodes - 1):
+    begins = origins(model)
+    for k, p in enumerate(begins):
         omega = segment_twists(dynamics, k, (q, v, a))[1]
         _segment_velocity(-omega, local)  # T(−Ω) Ω̇ and its rate, of the other sign
-        carry = se3.Ad(pose[k])
+        carry = se3.Ad(pose[p])
         step = carry @ -local[0]
-        twist[k + 1] = twist[k] + step
-        rate[k + 1] = rate[k] + carry @ -local[1] + se3.ad(twist[k]) @ step
-        pose[k + 1] = pose[k] @ se3.exp(omega[0])
+        twist[k + 1] = twist[p] + step
+        rate[k + 1] = rate[p] + carry @ -local[1] + se3.ad(twist[p]) @ step
+        pose[k + 1] = pose[p] @ se3.exp(omega[0])
     force = np.stack(
         [_momentum_rate(*row) for row in zip(model.inertia, pose, twist, rate, strict=True)]
     )
     force -= external_wrenches(dynamics, pose, efforts, time)
-    return SpatialMotion(pose, twist, rate, force, force[::-1].cumsum(axis=0)[::-1])
+    wrench = force.copy()
+    for k in range(nodes - 2, -1, -1):
+        wrench[begins[k]] += wrench[k + 1]
+    return SpatialMotion(pose, twist, rate, force, wrench)
 
 
 def _momentum_rate(inertia: Floats, pose: Floats, twist: Floats, rate: Floats) -> Floats:
@@ -155,11 +161,14 @@ def inverse_dynamics(
     model = dynamics.model
     wrench = motion(dynamics, q, v, a, efforts, time)
     out = _internal_forces(dynamics, q, v, efforts)
+    begins = origins(model)
     for k in range(len(model.half)):
         if model.entry_ptr[k + 1] == model.entry_ptr[k]:
             continue
         xi, omega = segment_twists(dynamics, k, (q, v, a))
-        dual = (se3.Ad(wrench.pose[k]) @ se3.left_tangent(omega[0])).T @ wrench.wrench[k + 1]
+        dual = (se3.Ad(wrench.pose[begins[k]]) @ se3.left_tangent(omega[0])).T @ wrench.wrench[
+            k + 1
+        ]
         x1, x2 = xi[0]
         by_point = (
             model.half[k] * dual - model.kappa[k] * se3.coad(x2) @ dual,

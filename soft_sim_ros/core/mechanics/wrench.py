@@ -15,7 +15,7 @@ import numpy as np
 from soft_sim_ros.core.compile.element import Element
 from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.floats import Floats
-from soft_sim_ros.core.model.model import Data
+from soft_sim_ros.core.model.model import Data, origins
 from soft_sim_ros.core.quadrature import antiderivative, lobatto
 from soft_sim_ros.core.recursion.rnea import place
 from soft_sim_ros.scene import DistributedLoad
@@ -24,12 +24,13 @@ from soft_sim_ros.scene import DistributedLoad
 class InternalWrench(NamedTuple):
     """The wrench Λ = (M; N) in N·m and N of the part beyond a section on the part before it.
 
-    ``before`` and ``after`` are its limits on both sides of every node of the chain, in the
-    node's own frame. They differ where a wrench is concentrated: after − before = the inertial
-    minus the applied wrench there. What the ground does to the arm is −before[0], what is held
-    at the tip is before[-1].
+    ``before`` and ``after`` are its limits on both sides of every node, in the node's own frame;
+    where branches leave, ``after`` is the sum over all of them. The limits differ where a wrench is
+    concentrated: after − before = the inertial minus the applied wrench there. What the ground does
+    to the arm is −before[0], what is held at the tip of a chain is before[-1].
 
-    s : (N,) arc length of the nodes along all rods in m; joints and rigid bodies have none
+    s : (N,) arc length of the nodes from the base along the rods between in m; joints and rigid
+        bodies have none
     before, after : (N, 6)
     """
 
@@ -44,7 +45,9 @@ def internal_wrench(compiled: Compiled, data: Data, time: float) -> InternalWren
     rotation, position = data.rotation.reshape(-1, 3, 3), data.position
     total = _to_base(data.wrench, rotation, position)
     point = total.copy()
-    point[:-1] -= total[1:]
+    begins = origins(compiled.model)
+    for k, p in enumerate(begins):
+        point[p] -= total[k + 1]
     ends: dict[int, tuple[int, Floats]] = {}
     for rod_map in compiled.chain.rods.values():
         for element in rod_map.elements:
@@ -64,16 +67,20 @@ def internal_wrench(compiled: Compiled, data: Data, time: float) -> InternalWren
         before[node] = after[node] - point[node]
         if node in ends:
             first, beyond = ends[node]
-            after[first:node] = before[node] - beyond[:-1]
-            before[first:node] = after[first:node]
+            inside = before[node] - beyond[:-1]
+            before[first + 1 : node] = after[first + 1 : node] = inside[1:]
+            after[first] += inside[0]
             node = first
-        else:
+        elif node > 0:
+            after[begins[node - 1]] += before[node]
             node -= 1
-            if node >= 0:
-                after[node] = before[node + 1]
-    spans = [segment.span[1] - segment.span[0] for segment in compiled.chain.segments]
+        else:
+            break
+    s = np.zeros(len(total))
+    for k, (p, segment) in enumerate(zip(begins, compiled.chain.segments, strict=True)):
+        s[k + 1] = s[p] + segment.span[1] - segment.span[0]
     return InternalWrench(
-        np.concatenate([[0.0], np.cumsum(spans)]),
+        s,
         _to_section(before, rotation, position),
         _to_section(after, rotation, position),
     )

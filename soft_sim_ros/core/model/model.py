@@ -1,8 +1,9 @@
 """What the kernels see: an immutable Model and a scratch Data, both flat named tuples of arrays.
 
-A chain of bodies is a list of *segments*. Segment k carries the frame of node k to node k + 1,
+A forest of bodies is a list of *segments*, depth first. Segment k carries the frame of the node
+p that it leaves to node k + 1; in a chain, and along a branch, p = k:
 
-    g_{k+1} = g_k exp(Ω_k),   Ω_k = h/2 (ξ₁ + ξ₂) + κ [ξ₁, ξ₂],   ξ_i = ξ₀ᵢ + Σ_entries φ_i
+    g_{k+1} = g_p exp(Ω_k),   Ω_k = h/2 (ξ₁ + ξ₂) + κ [ξ₁, ξ₂],   ξ_i = ξ₀ᵢ + Σ_entries φ_i
     q[column] e[component],
 
 the fourth-order Magnus step of g' = g ξ with ξ at the two Gauss points of the segment (κ = √3
@@ -40,6 +41,16 @@ class Fibres(NamedTuple):
 
 
 @struct
+class Tree(NamedTuple):
+    """Where branches leave: empty for a chain, in which everything follows what is before it."""
+
+    node: Ints  # (S,) node that a segment begins at
+    block: Ints  # (B,) block whose end a block leaves, −1: the base
+    slot: Ints  # (B,) where scratch for a block from whose end branches leave lies, −1: none do
+    slots: Ints  # (1,) how many do
+
+
+@struct
 class Model(NamedTuple):
     """Immutable arrays of a compiled scene. S segments, S + 1 nodes, n coordinates, B blocks."""
 
@@ -54,6 +65,7 @@ class Model(NamedTuple):
     block_col: Ints  # (B + 1,) first coordinate of a block
     block_seg: Ints  # (B + 1,) first segment of a block
     seg_block: Ints  # (S,) block of a segment
+    tree: Tree
     law_ptr: Ints  # (n + 1,) rows of stiffness and damping, zeros left out …
     law_col: Ints  # … their columns
     stiffness: Floats  # … ∫ Φᵀ H Φ ds and joint stiffness
@@ -62,7 +74,8 @@ class Model(NamedTuple):
     branch_time: Floats  # (n,) their relaxation times in s; (0,) without
     fibres: Fibres  # what is not linear in the elasticity of the rods
     mass_damping: Floats  # (S + 1, 4) Rayleigh's α times the inertia of the rods; (0, 4) without
-    # (n,) displacement of the tip per unit coordinate over the arm's length: Newton's norm
+    # (n,) displacement of the tip beyond per unit coordinate over its distance from the base along
+    # the bodies: Newton's norm
     weight: Floats
     port_ptr: Ints  # (A + 1,) linear part of the actuators: dq-columns …
     port_col: Ints
@@ -80,6 +93,11 @@ class Model(NamedTuple):
     chart: Ints  # (C,) first coordinate of every rotation vector (spherical joints, free base)
     free: Ints  # (0 or 1,) segment that turns a free base; the one before it shifts it
     space: Space = Spatial()
+
+
+def origins(model: Model) -> Ints:
+    """Return the node (S,) that each segment begins at."""
+    return model.tree.node if len(model.tree.node) else np.arange(len(model.half))
 
 
 def in_its_plane(model: Model) -> Model:

@@ -6,7 +6,8 @@ import numpy as np
 
 from soft_sim_ros.core.floats import Floats, Ints
 
-from .segments import Segment
+from .model import Tree
+from .segments import Block, Segment
 
 
 def floats(values: object) -> Floats:
@@ -17,6 +18,20 @@ def floats(values: object) -> Floats:
 def ints(values: object) -> Ints:
     """Return a flat array of integers."""
     return np.array(values, dtype=np.int64).reshape(-1)
+
+
+def flat_tree(segments: list[Segment], blocks: list[Block]) -> Tree:
+    """Return where segments and blocks leave from."""
+    node = ints([s.origin for s in segments])
+    if (node == np.arange(len(segments))).all():
+        return Tree(node=ints([]), block=ints([]), slot=ints([]), slots=ints([0]))
+    ends = {b.first_segment: i - 1 for i, b in enumerate(blocks)} | {len(segments): len(blocks) - 1}
+    # the block that ends in node p has segment p − 1; node 0 is the base
+    block = ints([ends[int(node[b.first_segment])] for b in blocks])
+    forks = sorted({p for i, p in enumerate(block.tolist()) if p not in (i - 1, -1)})
+    slot = np.full(len(blocks), -1, dtype=np.int64)
+    slot[forks] = np.arange(len(forks))
+    return Tree(node=node, block=block, slot=slot, slots=ints([len(forks)]))
 
 
 def flat_entries(segments: list[Segment]) -> tuple[Ints, Ints, Ints, Floats]:

@@ -1,4 +1,4 @@
-"""The two things that a chain is made of: segments, steps from node to node, and blocks of them."""
+"""What a forest is made of: segments, steps from node to node, and blocks of them."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ Entry = tuple[int, int, float, float]  # coordinate, component, value at the two
 
 @dataclass
 class Segment:
-    """One step of the chain (see model.py)."""
+    """One step from node to node (see model.py)."""
 
     half: float
     kappa: float
     xi0: Floats
     entries: list[Entry] = field(default_factory=list)
     span: tuple[float, float] = (0.0, 0.0)  # arc lengths in its rod, m
+    origin: int = -1  # the node that it begins at
 
 
 @dataclass

@@ -115,10 +115,11 @@ def node_jacobians(model, data, jacobian, rate):
             rows, beyond = lanes_from(k, count), lanes_from(k + 1, count + 1)
             c = segment_stumpff(model, data, rows, series)
             pose_derivatives(model, data, rows, beyond, c, columns, lanes_from(0, count - k))
+        before = model.tree.node[k] if len(model.tree.node) > 0 else k
         for i in range(6):
             for j in range(n):
-                jacobian[k + 1, i, j] = jacobian[k, i, j]
-                rate[k + 1, i, j] = rate[k, i, j]
+                jacobian[k + 1, i, j] = jacobian[before, i, j]
+                rate[k + 1, i, j] = rate[before, i, j]
         for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):
             j, comp = model.entry_col[e], model.entry_comp[e]
             for g in range(2):

@@ -1,4 +1,4 @@
-"""The Newton matrix of a chain, kept and solved block by block at a cost linear in the blocks.
+"""The Newton matrix of a forest, kept and solved block by block at a cost linear in the blocks.
 
 In the base frame a column of the Jacobian stays what it is beyond its own block, so the matrix is
 semiseparable: with a few numbers per coordinate, rows P (18), Q (18), J and X (6; in a plane half
@@ -9,7 +9,9 @@ as many),
 
 With the motion handed towards the tip, s_{i+1} = s_i + Q_i x_i, and the wrench handed towards the
 base, t_{i-1} = t_i + X_i x_i, elimination from the tip writes t_i = A_i s_{i+1} + b_i: the
-articulated-body idea, on the exact tangent of an implicit step.
+articulated-body idea, on the exact tangent of an implicit step. Blocks of different branches know
+nothing of each other: K_ij = 0. Where branches leave, A and t of all of them are summed up, and s
+goes on into each.
 """
 
 from typing import NamedTuple
@@ -103,6 +105,12 @@ def rows(system, flat, count, b):
     return flat[count * begin : count * end].reshape((count, end - begin))
 
 
+@kernel
+def before(model, b):
+    """Return the block that block b leaves the end of, −1 for the base."""
+    return model.tree.block[b] if len(model.tree.block) > 0 else b - 1
+
+
 @unit
 def dense(model, system, matrix):
     """Fill matrix (n, n) with the whole matrix of a system that has not been factored."""
@@ -118,7 +126,12 @@ def dense(model, system, matrix):
                 at += 1
         feels = rows(system, system.feels, 3 * size, b)
         exerts = rows(system, system.exerts, size, b)
-        for earlier in range(b):
+        if len(model.tree.block) > 0:
+            for i in range(m):
+                for j in range(begin):
+                    matrix[begin + i, j] = matrix[j, begin + i] = 0.0
+        earlier = before(model, b)
+        while earlier >= 0:
             first, stop = model.block_col[earlier], model.block_col[earlier + 1]
             motion = rows(system, system.motion, 3 * size, earlier)
             for i in range(m):
@@ -130,17 +143,38 @@ def dense(model, system, matrix):
                         above += motion[c, j] * exerts[c, i]
                     matrix[begin + i, first + j] = below
                     matrix[first + j, begin + i] = above
+            earlier = before(model, earlier)
     add_columns(system, matrix)
 
 
 @kernel
-def factor_chain(model, system):
-    """Eliminate from the tip to the base; return False if a block is singular or not finite."""
+def add_all(a, b):
+    """Add a matrix of the same shape to a."""
+    for i in range(a.shape[0]):
+        for j in range(a.shape[1]):
+            a[i, j] += b[i, j]
+
+
+@kernel
+def factor_forest(model, system):
+    """Eliminate from tips to base; return False if a block is singular or not finite."""
     space = model.space
     size = size_of(space)
-    # A_i: wrench handed to the base per unit motion handed to the tip
+    tree, last = model.tree, len(model.block_col) - 2
+    forks = len(tree.block) > 0
+    # A_i: wrench handed to the base per unit motion handed to the tip; of branches, summed up
     a = np.zeros((size, 3 * size))
-    for b in range(len(model.block_col) - 2, -1, -1):
+    waiting = np.zeros((tree.slots[0], size, 3 * size))
+    for b in range(last, -1, -1):
+        if forks:
+            # block b + 1 is done: it goes on from b, or hands on to where its branch leaves
+            if b < last and tree.block[b + 1] != b:
+                p = tree.block[b + 1]
+                if p >= 0:
+                    add_all(waiting[tree.slot[p]], a)
+                a[:] = 0.0
+            if tree.slot[b] >= 0:
+                add_all(a, waiting[tree.slot[b]])
         m = model.block_col[b + 1] - model.block_col[b]
         if m == 0:
             continue
@@ -174,11 +208,24 @@ def factor_chain(model, system):
 
 
 @kernel
-def solve_chain(model, system, x):
-    """Solve in place for x (n,) with the factors of ``factor_chain``."""
+def solve_forest(model, system, x):
+    """Solve in place for x (n,) with the factors of ``factor_forest``."""
     size = size_of(model.space)
+    tree, last = model.tree, len(model.block_col) - 2
+    forks = len(tree.block) > 0
     handed = np.zeros(size)  # towards the base
-    for b in range(len(model.block_col) - 2, -1, -1):
+    waiting = np.zeros((tree.slots[0], size))
+    for b in range(last, -1, -1):
+        if forks:
+            if b < last and tree.block[b + 1] != b:
+                p = tree.block[b + 1]
+                for c in range(size):
+                    if p >= 0:
+                        waiting[tree.slot[p], c] += handed[c]
+                    handed[c] = 0.0
+            if tree.slot[b] >= 0:
+                for c in range(size):
+                    handed[c] += waiting[tree.slot[b], c]
         begin, m = model.block_col[b], model.block_col[b + 1] - model.block_col[b]
         if m == 0:
             continue
@@ -202,7 +249,16 @@ def solve_chain(model, system, x):
         for c in range(size):
             handed[c] += row_product(gain, c, system.vectors, 1)
     s = np.zeros(3 * size)
+    kept = np.zeros((tree.slots[0], 3 * size))
     for b in range(len(model.block_col) - 1):
+        if forks:
+            # block b − 1 is done: what leaves its end begins with its motion
+            if b > 0 and tree.slot[b - 1] >= 0:
+                kept[tree.slot[b - 1]] = s
+            p = tree.block[b]
+            if p != b - 1:
+                for c in range(3 * size):
+                    s[c] = kept[tree.slot[p], c] if p >= 0 else 0.0
         begin, m = model.block_col[b], model.block_col[b + 1] - model.block_col[b]
         if m == 0:
             continue
@@ -228,7 +284,7 @@ def solve_chain(model, system, x):
 @unit
 def factor(model, system):
     """Factor the whole matrix; return False if it is singular or not finite."""
-    if not factor_chain(model, system):
+    if not factor_forest(model, system):
         return False
     if system.left.shape[0] == 0:
         return True
@@ -237,12 +293,12 @@ def factor(model, system):
 
 @unit
 def factor_ties(model, system):
-    """Factor what ties blocks together, after ``factor_chain``; return False if it is singular."""
+    """Factor what ties blocks together, after ``factor_forest``; return False if it is singular."""
     ties, n = system.left.shape
     for c in range(ties):
         for i in range(n):
             system.reach[c, i] = system.left[c, i]
-        solve_chain(model, system, system.reach[c])
+        solve_forest(model, system, system.reach[c])
     return factor_columns(system)
 
 
@@ -250,6 +306,6 @@ def factor_ties(model, system):
 def solve(model, system, x):
     """Solve in place for x (n,) with the factors of ``factor``."""
     x = bare(x)
-    solve_chain(model, system, x)
+    solve_forest(model, system, x)
     if system.left.shape[0] > 0:
         correct(system, x)

@@ -1,4 +1,4 @@
-"""The recursion over the chain: motion from base to tip, wrenches from tip to base.
+"""The recursion over the forest: motion from base to tips, wrenches from tips to base.
 
 ``inverse_dynamics`` is the residual of everything: statics, forward dynamics and every implicit
 step. It returns
@@ -109,7 +109,7 @@ def relative_motion(model, data):
 
 @algebra
 def kinematics(model, data):
-    """Carry twist and acceleration from base to tip; data.xi must be filled.
+    """Carry twist and acceleration from base to tips; data.xi must be filled.
 
     data.acc is the acceleration minus gravity, which makes weight an inertial force.
     """
@@ -120,7 +120,11 @@ def kinematics(model, data):
     acc = ((0.0, 0.0, 0.0), scale(-1.0, gravity))
     keep_twist(space, data.eta[0], eta)
     keep_twist(space, data.acc[0], acc)
+    forks = len(model.tree.node) > 0
     for k in range(len(model.half)):
+        if forks and model.tree.node[k] != k:
+            p = model.tree.node[k]
+            eta, acc = twist_of(space, data.eta[p]), twist_of(space, data.acc[p])
         turn, shift = rotation_of(space, data.relative[k]), polar_of(space, data.relative[k, 9:])
         velocity, rate = twist_of(space, data.step[k]), twist_of(space, data.step[k, 6:])
         # η⁺ = Ad⁻¹η + v,  η̇⁺ = Ad⁻¹η̇ − [v, Ad⁻¹η] + v̇
@@ -137,7 +141,12 @@ def place(model, data):
     """Fill orientation and position of every node in the base frame from the last kinematics."""
     space = model.space
     rotation, position = rotation_of(space, data.rotation[0]), polar_of(space, data.position[0])
+    forks = len(model.tree.node) > 0
     for k in range(len(model.half)):
+        if forks and model.tree.node[k] != k:
+            p = model.tree.node[k]
+            rotation = rotation_of(space, data.rotation[p])
+            position = polar_of(space, data.position[p])
         position = add(position, apply(rotation, polar_of(space, data.relative[k, 9:])))
         rotation = mul(rotation, rotation_of(space, data.relative[k]))
         keep_rotation(space, data.rotation[k + 1], rotation)
@@ -179,16 +188,24 @@ def node_wrench(model, data, k):
 
 @algebra
 def carry_wrenches(model, data):
-    """Sum up wrenches from tip to base: data.wrench becomes what acts from a node to the tip."""
+    """Sum up wrenches from tips to base: data.wrench becomes what acts on a node and beyond it."""
     space = model.space
     segments = len(model.half)
+    forks = len(model.tree.node) > 0
     wrench = node_wrench(model, data, segments)
     keep_wrench(space, data.wrench[segments], wrench)
     for k in range(segments - 1, -1, -1):
         turn, shift = rotation_of(space, data.relative[k]), polar_of(space, data.relative[k, 9:])
         force = apply(turn, wrench[0])
-        moment = add(apply(turn, wrench[1]), cross(shift, force))
-        wrench = dadd((force, moment), node_wrench(model, data, k))
+        carried = (force, add(apply(turn, wrench[1]), cross(shift, force)))
+        if forks and model.tree.node[k] != k:
+            # a branch begins here: what it hands on waits at the node that it leaves
+            p = model.tree.node[k]
+            waiting = wrench_of(space, data.wrench[p])
+            keep_wrench(space, data.wrench[p], dadd(waiting, carried))
+            wrench = node_wrench(model, data, k)
+        else:
+            wrench = dadd(carried, node_wrench(model, data, k))
         keep_wrench(space, data.wrench[k], wrench)
 
 
@@ -212,7 +229,7 @@ def dual_forces(model, data):
 
 @algebra
 def project(model, data, r):
-    """Carry wrenches from tip to base and add their projection on the coordinates to r."""
+    """Carry wrenches from tips to base and add their projection on the coordinates to r."""
     inertial_wrenches(model, data)
     carry_wrenches(model, data)
     dual_forces(model, data)

@@ -9,8 +9,8 @@ is (docs/theory.md)
     (U δq × Λ)  +  (δU)ᵀ Λ,
     G = İ + h×,  D = turning of dead loads and weight with the section.
 
-Sums of I, G, D over the nodes of later blocks (``tail``) are all that a block needs to know of
-them.
+Sums of I, G, D over the nodes of the blocks beyond (``tail``) are all that a block needs to know
+of them. Where branches leave the end of a block, their sums wait for it.
 """
 
 import numpy as np
@@ -175,14 +175,25 @@ def tangent(model, data, alpha, system):
     place(model, data)
     size = size_of(model.space)
     tail = np.zeros((3 * size, 8))
+    tree = model.tree
+    forks = len(tree.block) > 0
+    waiting = np.zeros((tree.slots[0], 3 * size, 8))
     pieces = (
         np.zeros((WIDTH, 12, 20)),
         np.zeros((WIDTH, 12, 12)),
         np.zeros((WIDTH, 3 * size, 8)),
         np.zeros((1, 40)),
     )
-    for b in range(len(model.block_col) - 2, -1, -1):
+    last = len(model.block_col) - 2
+    for b in range(last, -1, -1):
+        if forks:
+            if b < last and tree.block[b + 1] != b:
+                clear(tail, 3 * size)
+            if tree.slot[b] >= 0:
+                accumulate(tail, waiting[tree.slot[b]], 3 * size)
         block_tangent(model, data, alpha, b, tail, pieces, system)
+        if forks and tree.block[b] >= 0 and tree.block[b] != b - 1:
+            accumulate(waiting[tree.slot[tree.block[b]]], tail, 3 * size)
     internal_tangent(model, alpha, system)
     actuator_tangent(model, data, alpha, system)
     if alpha[0] != 0.0:

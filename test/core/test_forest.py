@@ -1,0 +1,152 @@
+"""A forest of bodies obeys the same equations as a chain, whatever hangs where."""
+
+import copy
+
+import numpy as np
+import pytest
+from differences import central_difference
+from forests import EFFORTS, forest_document, place, rod, tree, tree_document
+from scenes import random_state, scene_of
+
+from soft_sim_ros.core.algebra import se3
+from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.compile.scene import compile_scene
+from soft_sim_ros.core.mechanics import spatial
+from soft_sim_ros.core.recursion.elimination import dense, factor, solve
+from soft_sim_ros.core.recursion.tangent import tangent
+from soft_sim_ros.core.settled import Dynamics, Simulation
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_the_tangent_of_a_forest_is_its_difference_quotient(seed, which):
+    dynamics = tree()
+    state = list(random_state(dynamics, seed))
+    exact = dynamics.tangents(*state, efforts=EFFORTS)[which]
+
+    def residual(x):
+        moved = [*state]
+        moved[which] = x
+        return dynamics.inverse_dynamics(*moved, efforts=EFFORTS)
+
+    size = np.full(dynamics.n, 1e-4) / np.maximum(dynamics.model.weight, 1e-3)
+    quotient = central_difference(residual, state[which], size)
+    scale = np.sqrt(np.outer(*2 * [np.abs(np.diag(exact)) + 1e-12]))
+    assert np.max(np.abs(exact - quotient) / (scale + np.abs(exact))) < 2e-6
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_spatial_formulation_finds_the_same_forces_in_a_forest(seed):
+    dynamics = Dynamics(scene_of(tree_document(materials=MATERIAL)))
+    q, v, a = random_state(dynamics, seed)
+    one = dynamics.inverse_dynamics(q, v, a, EFFORTS)
+    other = spatial.inverse_dynamics(dynamics, q, v, a, EFFORTS)
+    np.testing.assert_allclose(one, other, atol=1e-11 * np.abs(one).max())
+
+
+MATERIAL = {"soft": {"young_modulus": 1e6, "poisson_ratio": 0.5, "density": 1000.0}}
+
+
+def test_elimination_solves_the_whole_matrix_of_a_forest():
+    dynamics = tree()
+    q, v, a = random_state(dynamics, 4)
+    dynamics.residual(q, v, a, dynamics.forcing(EFFORTS))
+    system, matrix = dynamics._system, np.zeros((dynamics.n, dynamics.n))
+    tangent(dynamics.model, dynamics._data, (1.0, 30.0, 900.0), system)
+    dense(dynamics.model, system, matrix)
+    assert factor(dynamics.model, system)
+    right = np.random.default_rng(1).normal(size=dynamics.n)
+    x = right.copy()
+    solve(dynamics.model, system, x)
+    expected = np.linalg.solve(matrix, right)
+    np.testing.assert_allclose(x, expected, rtol=1e-8, atol=1e-9 * np.abs(expected).max())
+
+
+def test_bodies_of_different_branches_do_not_feel_each_other():
+    dynamics = tree()
+    q, _, _ = random_state(dynamics, 5)
+    mass = dynamics.mass_matrix(q)
+    names = dynamics.compiled.coordinate_names
+    alone = [i for i, name in enumerate(names) if name.startswith("second/")]
+    others = [i for i in range(len(names)) if i not in alone]
+    assert len(alone) > 6
+    assert not mass[np.ix_(alone, others)].any()
+    thumb = [i for i, name in enumerate(names) if name.startswith("thumb/")]
+    stem = [i for i, name in enumerate(names) if name.startswith("stem/")]
+    assert not mass[np.ix_(thumb, stem)].any()
+    assert mass[np.ix_(thumb, [names.index("swing")])].all()
+
+
+CHAIN = [
+    {"joint": "swing", "kind": "revolute", "axis": [0, 1, 0], "stiffness": 2.0},
+    rod("one", 0.2),
+    {"rigid_body": "ring", "mass": 0.1, "com": {"position": [0.01, 0, 0.02]}},
+    rod("two", 0.3),
+]
+
+
+@pytest.mark.parametrize("order", [[0, 1, 2, 3], [3, 2, 1, 0], [2, 0, 3, 1]])
+def test_a_forest_that_is_a_chain_has_its_bits_however_it_is_written(order):
+    chain = compile_scene(scene_of(forest_document(CHAIN)))
+    bodies = copy.deepcopy(CHAIN)
+    for body, parent in zip(bodies, ["base", "swing", "one", "ring"], strict=True):
+        body["parent"] = parent
+    other = compile_scene(scene_of(forest_document([bodies[i] for i in order])))
+    assert chain.coordinate_names == other.coordinate_names
+    for one, two in zip(flat(chain.model), flat(other.model), strict=True):
+        np.testing.assert_array_equal(one, two)
+
+
+def flat(part):
+    if isinstance(part, tuple):
+        return [array for inner in part for array in flat(inner)]
+    return [part]
+
+
+def test_two_arms_move_as_each_does_alone():
+    """Also where they stand elsewhere and otherwise, with other numbers of coordinates."""
+    far = {"position": [0.3, -0.5, 0.2], "rpy": [0.5, 1.0, -0.3]}
+    one, two = rod("one", 0.3), rod("two", 0.45)
+    both = Simulation(scene_of(forest_document([one, two | {"parent": place("base", **far)}])))
+    alone = [
+        Simulation(scene_of(forest_document([one]))),
+        Simulation(scene_of(forest_document([two], base=far))),
+    ]
+    for simulation in [both, *alone]:
+        simulation.advance(300)
+    first = alone[0].n_coordinates
+    moved = [np.abs(s.q).max() for s in alone]
+    assert min(moved) > 0.1
+    np.testing.assert_allclose(both.q[:first], alone[0].q, atol=1e-7 * moved[0])
+    np.testing.assert_allclose(both.q[first:], alone[1].q, atol=1e-7 * moved[1])
+
+
+def test_a_ring_along_a_rod_is_a_load_along_it():
+    """At rest a heavy ring at s bends a rod as its weight there does."""
+    s, mass, g = 0.21, 0.2, np.array([1.0, -2.0, -9.0])
+    ring = {"rigid_body": "ring", "mass": mass, "parent": place("rod", s)}
+    weight = {"point": "w", "body": "rod", "s": s, "force": (mass * g).tolist()}
+    with_ring = Dynamics(scene_of(forest_document([rod("rod", 0.4), ring])))
+    loaded = Dynamics(scene_of(forest_document([rod("rod", 0.4)], loads=[weight])))
+    one, two = equilibrium(with_ring), equilibrium(loaded)
+    tips = [
+        d.node_poses(q)[d.compiled.chain.ends["rod"], :3, 3]
+        for d, q in ((with_ring, one), (loaded, two))
+    ]
+    np.testing.assert_allclose(tips[0], tips[1], atol=1e-9)
+    assert np.linalg.norm(tips[0] - [0.4, 0, 0]) > 0.05
+
+
+def test_what_the_ground_bears_is_the_sum_of_what_branches_hand_on():
+    """The internal wrench after the base, of branches that begin there, is that of all of them."""
+    dynamics = tree()
+    q, v, a = random_state(dynamics, 9)
+    wrench = dynamics.internal_wrench(q, v, a)
+    first = np.flatnonzero(dynamics.model.tree.node == 0)
+    assert len(first) == 2
+    poses = dynamics.node_poses(q)
+    handed = np.zeros(6)
+    for k in first:
+        relative = se3.inverse(poses[0]) @ poses[k + 1]
+        handed += se3.Ad(se3.inverse(relative)).T @ wrench.before[k + 1]
+    np.testing.assert_allclose(wrench.after[0], handed, atol=1e-9 * np.abs(handed).max())
