@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from soft_sim_ros.scene.attachment import BASE, Attachment, Forest
+from soft_sim_ros.scene.attachment import Attachment, Forest
 from soft_sim_ros.scene.body import ROUNDING, Body, RigidBody, Rod
 from soft_sim_ros.scene.interval import ANY, FINITE, NONNEGATIVE, POSITIVE, Interval
 from soft_sim_ros.scene.joint import Joint
@@ -246,7 +246,7 @@ def _between(forest: Forest, one: str, other: str) -> tuple[list[Body], Attachme
     between: list[Body] = []
     name = other
     while (parent := forest.parent(name)) != one:
-        if parent == BASE:
+        if parent is None:
             return [], None
         name = parent
         between.insert(0, by_name[name])

@@ -14,19 +14,19 @@ from dataclasses import dataclass
 from soft_sim_ros.scene.body import Body
 from soft_sim_ros.scene.pose import IDENTITY, Pose
 
-BASE = "base"  # the name of the frame that the scene's ``base`` places in the world
+BASE = "base"  # what scenes call the frame that their ``base`` places in the world
 
 
 @dataclass(frozen=True, eq=False)
 class Attachment:
     """Where a body begins that does not go on from the end of the body before it.
 
-    parent : name of a body, or BASE
+    parent : name of a body; None: the base
     s : arc length in m along the parent, a rod; None: the end of the parent
     offset : pose of the body's first frame in the frame it is attached to
     """
 
-    parent: str
+    parent: str | None
     s: float | None = None
     offset: Pose = IDENTITY
 
@@ -38,9 +38,9 @@ class Forest:
     bodies: tuple[Body, ...]
     attachments: Mapping[str, Attachment]
 
-    def parent(self, name: str) -> str:
-        """Return the name of the body that a body is attached to, or BASE."""
+    def parent(self, name: str) -> str | None:
+        """Return the name of the body that a body is attached to; None: the base."""
         if name in self.attachments:
             return self.attachments[name].parent
         index = [body.name for body in self.bodies].index(name)
-        return self.bodies[index - 1].name if index else BASE
+        return self.bodies[index - 1].name if index else None

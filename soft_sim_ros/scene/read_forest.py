@@ -23,7 +23,7 @@ def read_forest(entries: Sequence[Reader], bodies: Sequence[Body]) -> Forest:
     """
     by_name = {body.name: body for body in bodies}
     wanted: dict[str, Attachment] = {}
-    before = BASE
+    before: str | None = None
     for reader, body in zip(entries, bodies, strict=True):
         wanted[body.name] = _read(reader, body, by_name, before)
         before = body.name
@@ -31,10 +31,10 @@ def read_forest(entries: Sequence[Reader], bodies: Sequence[Body]) -> Forest:
     return _depth_first(by_name, wanted)
 
 
-def _read(reader: Reader, body: Body, known: Mapping[str, Body], before: str) -> Attachment:
+def _read(reader: Reader, body: Body, known: Mapping[str, Body], before: str | None) -> Attachment:
     free = isinstance(body, Joint) and body.kind == "free"
     if not reader.has("parent"):
-        if free and before != BASE:
+        if free and before is not None:
             reader.refuse("a free joint only on the base: the first body, or parent: base", "kind")
         return Attachment(before)
     s, offset = None, IDENTITY
@@ -48,12 +48,12 @@ def _read(reader: Reader, body: Body, known: Mapping[str, Body], before: str) ->
         offset = read_pose(place.mapping("offset"))
     else:
         parent = _parent(reader, "parent", known, body.name)
-    if free and parent != BASE:
+    if free and parent is not None:
         reader.refuse("base: a free joint is attached to nothing else", "parent")
     return Attachment(parent, s, offset)
 
 
-def _parent(reader: Reader, key: str, known: Mapping[str, Body], own: str) -> str:
+def _parent(reader: Reader, key: str, known: Mapping[str, Body], own: str) -> str | None:
     name = str(reader.word(key, expected=f"the name of a body, or {BASE}"))
     if name == BASE and BASE in known:
         expected = f"another name for the body {BASE}: as a parent, {BASE} is the scene's base"
@@ -63,13 +63,13 @@ def _parent(reader: Reader, key: str, known: Mapping[str, Body], own: str) -> st
         reader.refuse(f"another body than itself, {nearest('', options)}", key)
     if name not in options:
         reader.refuse(f"the name of a body, or {BASE}: {nearest(name, options)}", key)
-    return name
+    return None if name == BASE else name
 
 
-def _arc_length(place: Reader, parent: str, known: Mapping[str, Body]) -> float | None:
-    rod = known.get(parent)
+def _arc_length(place: Reader, parent: str | None, known: Mapping[str, Body]) -> float | None:
+    rod = None if parent is None else known[parent]
     if not isinstance(rod, Rod):
-        place.refuse(f"no s: {parent} is not a rod", "s")
+        place.refuse(f"no s: {parent or BASE} is not a rod", "s")
     s = read_arc_length(place, "s", rod, default=rod.length)
     return None if s >= rod.length * (1.0 - ROUNDING) else s
 
@@ -79,7 +79,7 @@ def _refuse_circles(
 ) -> None:
     for reader, body in zip(entries, bodies, strict=True):
         seen, name = [body.name], wanted[body.name].parent
-        while name != BASE and name not in seen:
+        while name is not None and name not in seen:
             seen.append(name)
             name = wanted[name].parent
         if name == body.name:
@@ -96,7 +96,7 @@ def _goes_on(attachment: Attachment) -> bool:
 
 
 def _depth_first(by_name: Mapping[str, Body], wanted: Mapping[str, Attachment]) -> Forest:
-    children: dict[str, list[str]] = {name: [] for name in [BASE, *by_name]}
+    children: dict[str | None, list[str]] = {name: [] for name in [None, *by_name]}
     for name, attachment in wanted.items():
         children[attachment.parent].append(name)
     for own in children.values():
@@ -105,8 +105,8 @@ def _depth_first(by_name: Mapping[str, Body], wanted: Mapping[str, Attachment]) 
             own.insert(0, own.pop(own.index(on)))
     bodies: list[Body] = []
     attachments: dict[str, Attachment] = {}
-    waiting = children[BASE][::-1]
-    before = BASE
+    waiting = children[None][::-1]
+    before: str | None = None
     while waiting:
         name = waiting.pop()
         if wanted[name].parent != before or not _goes_on(wanted[name]):

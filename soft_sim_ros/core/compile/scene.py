@@ -19,7 +19,6 @@ from soft_sim_ros.core.model.packing import flat_entries, flat_tree, floats, int
 from soft_sim_ros.core.quadrature import scattered
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import (
-    BASE,
     Attachment,
     FlexibleLink,
     Joint,
@@ -122,7 +121,7 @@ def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
                 turning[stretch.rod] = max(turning[stretch.rod], float(winding(stretch, s).max()))
     marked: dict[str, set[float]] = {name: set() for name in cuts}
     for attachment in scene.attachments.values():
-        if attachment.s is not None:
+        if attachment.parent is not None and attachment.s is not None:
             marked[attachment.parent].add(attachment.s)
     chain = Chain() if chain is None else chain
     for body in scene.bodies:
@@ -147,7 +146,7 @@ def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
 def _begin_branch(chain: Chain, attachment: Attachment) -> None:
     """Begin a branch at the base, at the end of a body, or somewhere along a rod."""
     parent, s = attachment.parent, attachment.s
-    if parent == BASE:
+    if parent is None:
         chain.branch(0, attachment.offset, 0.0)
     elif s is None:
         node = chain.ends[parent]

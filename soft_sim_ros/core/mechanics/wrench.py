@@ -78,7 +78,7 @@ def internal_wrench(compiled: Compiled, data: Data, time: float) -> InternalWren
             break
     s = np.zeros(len(total))
     for k, (p, segment) in enumerate(zip(begins, compiled.chain.segments, strict=True)):
-        s[k + 1] = s[p] + segment.span[1] - segment.span[0]
+        s[k + 1] = s[p] + (segment.span[1] - segment.span[0])
     return InternalWrench(
         s,
         _to_section(before, rotation, position),
