@@ -150,3 +150,64 @@ def test_what_the_ground_bears_is_the_sum_of_what_branches_hand_on():
         relative = se3.inverse(poses[0]) @ poses[k + 1]
         handed += se3.Ad(se3.inverse(relative)).T @ wrench.before[k + 1]
     np.testing.assert_allclose(wrench.after[0], handed, atol=1e-9 * np.abs(handed).max())
+
+
+def free_tree(**rest):
+    """A body with a rod to each side and a rod on a rod, which nothing holds."""
+    spin = {"velocities": {"floating": [0.5, -2.0, 1.0, 0.3, 0.2, -0.1]}}
+    bodies = [
+        {"joint": "floating", "kind": "free"},
+        {"rigid_body": "hub", "mass": 0.3, "inertia": [4e-4, 5e-4, 6e-4]},
+        rod("ahead", 0.3),
+        rod("behind", 0.25, place("hub", position=[-0.02, 0, 0], rpy=[0.3, 0.2, 3.0])),
+        rod("aside", 0.15, place("ahead", 0.2, rpy=[0, 0, 1.3])),
+    ]
+    return forest_document(
+        bodies, materials=MATERIAL, gravity=[0.0, 0.0, 0.0], initial=spin, **rest
+    )
+
+
+def test_momentum_of_a_free_tree_is_kept():
+    simulation = Simulation(scene_of(free_tree()))
+    dynamics = simulation.dynamics
+    before = dynamics.momentum(simulation.q, simulation.v)
+    start = simulation.q.copy()
+    simulation.advance(300)
+    after = dynamics.momentum(simulation.q, simulation.v)
+    assert np.abs(simulation.q - start).max() > 0.1
+    size = np.concatenate([np.full(3, np.linalg.norm(before[:3])), np.full(3, 0.1)])
+    assert np.abs((after - before) / size).max() < 1e-10
+
+
+def test_each_of_two_free_bodies_keeps_its_own_momentum_while_a_third_is_pushed():
+    """One free tree beside a loaded arm, and a ball that falls."""
+    document = free_tree()
+    document["gravity"] = [0.0, 0.0, -3.0]
+    document["bodies"] += [
+        {"joint": "falls", "kind": "free", "parent": "base", "offset": {"position": [0, 1, 0]}},
+        {"rigid_body": "ball", "mass": 0.2, "inertia": [1e-4, 2e-4, 3e-4]},
+        rod("arm", 0.3, place("base", position=[0, -1, 0])),
+    ]
+    document["initial"]["velocities"]["falls"] = [3.0, 2.0, 9.0, 0.0, 0.1, 0.0]
+    document["loads"] = [{"point": "push", "body": "arm", "force": [0, 0.2, 0]}]
+    simulation = Simulation(scene_of(document))
+    dynamics = simulation.dynamics
+    steps = 200
+    time = steps * 1e-3
+    columns = simulation.compiled.chain.joints["falls"]
+    before = own_momentum(dynamics, simulation, columns)
+    simulation.advance(steps)
+    after = own_momentum(dynamics, simulation, columns)
+    fallen = simulation.q[columns[5]] + 0.5 * 3.0 * time**2
+    assert abs(fallen) < 1e-12
+    np.testing.assert_allclose(after[:3], before[:3], atol=1e-12)
+    np.testing.assert_allclose(after[3:], before[3:] + [0, 0, -3.0 * time * 0.2], atol=1e-12)
+
+
+def own_momentum(dynamics, simulation, columns):
+    """Angular momentum about its centre, and momentum, of the ball alone (6,) in the world."""
+    node = dynamics.compiled.chain.ends["ball"]
+    pose = dynamics.node_poses(simulation.q)[node]
+    twist = dynamics.node_twists(simulation.q, simulation.v)[node]
+    spin = pose[:3, :3] @ (np.array([1e-4, 2e-4, 3e-4]) * twist[:3])
+    return np.concatenate([spin, 0.2 * pose[:3, :3] @ twist[3:]])

@@ -78,7 +78,7 @@ class Chain:
         self.frames: dict[str, int] = {}  # node of a joint, a rigid body, the tip of a link
         self.joints: dict[str, range] = {}  # coordinates of a joint
         self.charts: list[int] = []  # first coordinates of rotation vectors
-        self.free: list[int] = []  # segment that turns a free base
+        self.free: list[tuple[int, int]] = []  # of free joints: segment that turns it, coordinate
         self.ends: dict[str, int] = {}  # last node of every body
         self.branches: list[Branch] = [Branch(0, 0.0)]
         # length in m of the rods and links from the base to every node, all of those that begin
@@ -116,6 +116,12 @@ class Chain:
         """Say that no body comes any more."""
         self.branches[-1].last_node = self.node
         origins = {segment.origin for segment in self.segments}
+        roots = [k for k, segment in enumerate(self.segments) if segment.origin == 0]
+        # segment, coordinate and the node after the last that a free joint carries
+        self.carried = [
+            (turn, begin, 1 + min((k for k in roots if k > turn), default=self.node))
+            for turn, begin in self.free
+        ]
         self.tips = [node for node in range(self.node + 1) if node not in origins]
         # the longest way through a node, base to tip
         self.whole = list(self.behind)
@@ -180,7 +186,7 @@ class Chain:
         if joint.kind in ("spherical", "free"):
             self.charts.append(begin)
         if joint.kind == "free":
-            self.free.append(self.node - 1)
+            self.free.append((self.node - 1, begin))
         self.frames[joint.name] = self.node
 
     def rigid_body(self, body: RigidBody) -> None:

@@ -206,7 +206,7 @@ def _flatten(scene: Scene, chain: Chain) -> Model:
         weight=weights(chain),
         **flat_ports(scene, chain),
         chart=ints(chain.charts),
-        free=ints(chain.free),
+        free=ints(chain.carried).reshape(-1, 3),
         space=Spatial(),
     )
 

@@ -71,7 +71,7 @@ class Work(NamedTuple):
     rate: Floats  # (1,) contraction of Newton's method seen with these factors, 1: unknown
     residual: Floats  # (n,)
     zero: Floats  # (n,) zeros, the rates of a state at rest
-    momentum: Floats  # (2, 10) of a free body, before and after a piece of a step
+    momentum: Floats  # (F + 1, 10) of what free joints carry, before a piece of a step; scratch
     start_q: Floats
     start_v: Floats
     q: Floats
@@ -124,7 +124,7 @@ def new_work(model: Model, stages: int) -> Work:
         system=new_system(model),
         key=np.zeros(2),
         rate=np.zeros(1),
-        momentum=np.zeros((2, 10)),
+        momentum=np.zeros((len(model.free) + 1, 10)),
         guesses=np.zeros((2, n)),
         better=np.zeros(stages, dtype=np.int64),
         stage_v=np.zeros((stages, n)),

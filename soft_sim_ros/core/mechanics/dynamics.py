@@ -53,7 +53,7 @@ class Dynamics(Equations):
         """
         found = np.zeros(10)
         state = self.coordinates(q), self.coordinates(v, "v")
-        momentum(self.model, self._data, *state, self._zero, found)
+        momentum(self.model, self._data, *state, self._zero, 0, len(self.model.inertia), found)
         turn, origin = self.compiled.base[:3, :3], self.compiled.base[:3, 3]
         push = turn @ found[3:6]
         return np.concatenate([turn @ found[:3] + np.cross(origin, push), push])

@@ -91,7 +91,9 @@ class Model(NamedTuple):
     friction: Floats  # (A, 3) coefficient, slip speed in m/s, curvature in 1/m that counts as none
     couple_ptr: Ints  # (A + 1,) columns by which an actuator ties blocks together
     chart: Ints  # (C,) first coordinate of every rotation vector (spherical joints, free base)
-    free: Ints  # (0 or 1,) segment that turns a free base; the one before it shifts it
+    # (F, 3) of every free joint the segment that turns it (the one before shifts), its first
+    # coordinate, and the node after the last that it carries
+    free: Ints
     space: Space = Spatial()
 
 

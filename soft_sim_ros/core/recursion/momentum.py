@@ -1,10 +1,11 @@
-"""Momentum of the whole chain, and what a step must leave of it where the base is free.
+"""Momentum of bodies, and what a step must leave of it where nothing holds them.
 
-The equation of a free base *is* the balance of momentum: what the first six equations of r = 0 say
-is that the momentum map (B, section 2: Ad* of ∂T/∂η₀) changes by weight and loads alone. A method
-in time keeps that balance to its order. Under weight alone it can be kept exactly, since the change
-over a step is known in closed form: the base is given the one shift and the one twist that restore
-it, at the cost of three sweeps. They are of the size of the method's own error, so its order stays.
+The equation of a free joint on the base *is* the balance of momentum: what the first six equations
+of r = 0 say is that the momentum map (B, section 2: Ad* of ∂T/∂η₀) changes by weight and loads
+alone. A method in time keeps that balance to its order. Under weight alone it can be kept exactly,
+since the change over a step is known in closed form: the joint is given the one shift and the one
+twist that restore it, at the cost of three sweeps. They are of the size of the method's own error,
+so its order stays.
 """
 
 import numpy as np
@@ -32,18 +33,18 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 
 @unit
-def momentum(model, data, q, v, zero, out):
+def momentum(model, data, q, v, zero, first, last, out):
     """Fill out (10,) in base axes: angular momentum about the base, momentum, Σ m p, mass.
 
-    zero: (n,) zeros. In kg·m²/s, kg·m/s, kg·m, kg.
+    Of nodes ``first`` … ``last`` − 1. zero: (n,) zeros. In kg·m²/s, kg·m/s, kg·m, kg.
     """
     q, v = bare(q), bare(v)
     zero, out = bare(zero), bare(out)
     strains(model, data, q, v, zero)
     kinematics(model, data)
     place(model, data)
-    angular, linear, first, total = ORIGIN, ORIGIN, ORIGIN, 0.0
-    for k in range(model.inertia.shape[0]):
+    angular, linear, moment, total = ORIGIN, ORIGIN, ORIGIN, 0.0
+    for k in range(first, last):
         mass = model.inertia[k, 0]
         rotation, p = load_mat(data.rotation[k]), load_vec(data.position[k])
         eta = load_twist(data.eta[k])
@@ -56,20 +57,23 @@ def momentum(model, data, q, v, zero, out):
         angular = add(angular, add(apply(rotation, spin), cross(p, push)))
         linear = add(linear, push)
         total += mass
-        first = add(first, scale(mass, p))
+        moment = add(moment, scale(mass, p))
     store_vec(out[0:], angular)
     store_vec(out[3:], linear)
-    store_vec(out[6:], first)
+    store_vec(out[6:], moment)
     out[9] = total
 
 
 @kernel
-def spatial_inertia(model, data, out):
-    """Fill out (6, 6), the inertia of the whole chain about the base, from the last ``place``."""
+def spatial_inertia(model, data, first, last, out):
+    """Fill out (6, 6): the inertia of nodes about the base, from the last ``place``.
+
+    Of nodes ``first`` … ``last`` − 1.
+    """
     for i in range(6):
         for j in range(6):
             out[i, j] = 0.0
-    for k in range(model.inertia.shape[0]):
+    for k in range(first, last):
         mass = model.inertia[k, 0]
         r, p = load_mat(data.rotation[k]), load_vec(data.position[k])
         square = dot(p, p)
@@ -90,17 +94,33 @@ def spatial_inertia(model, data, out):
 
 
 @kernel
-def restore_momentum(model, data, work, h, q, v):
-    """Put the free base where, and give it the twist with which, weight alone has brought it.
+def loaded(data, first, last):
+    """Return whether a load acts on nodes ``first`` … ``last`` − 1, as of the step's last stage."""
+    if data.active[0] == 0 and data.active[1] == 0:
+        return False
+    for k in range(first, last):
+        for c in range(6):
+            if data.active[0] != 0 and data.dead[k, c] != 0.0:
+                return True
+            if data.active[1] != 0 and data.follower[k, c] != 0.0:
+                return True
+    return False
 
-    Its centre of mass then falls as Newton says, and momentum has changed by its impulse alone.
-    work.momentum[0] is that of h in s ago. Nothing is done where other loads act: data.active is
-    that of the step's last stage.
+
+@kernel
+def restore_momentum(model, data, work, i, h, q, v):
+    """Put free joint i where, and give it the twist with which, weight alone has brought it.
+
+    The centre of mass of what it carries then falls as Newton says, and momentum has changed by the
+    impulse of weight alone. work.momentum[i] is that of h in s ago. Nothing is done where other
+    loads act.
     """
-    if data.active[0] != 0 or data.active[1] != 0:
+    turning, column, last = model.free[i, 0], model.free[i, 1], model.free[i, 2]
+    begin = turning + 1
+    if loaded(data, begin, last):
         return
-    before, found = work.momentum[0], work.momentum[1]
-    gravity, base = load_vec(data.gravity), load_mat(data.rotation[model.free[0]])
+    before, found = work.momentum[i], work.momentum[len(model.free)]
+    gravity, base = load_vec(data.gravity), load_mat(data.rotation[turning])
     angular, linear, first = load_vec(before[0:]), load_vec(before[3:]), load_vec(before[6:])
     total = before[9]
     # the centre of mass falls freely, and weight acts there
@@ -108,45 +128,46 @@ def restore_momentum(model, data, work, h, q, v):
     arm = add(scale(h, first), scale(0.5 * h * h, linear))
     angular = add(angular, cross(arm, gravity))
     linear = add(linear, scale(h * total, gravity))
-    momentum(model, data, q, v, work.zero, found)
+    momentum(model, data, q, v, work.zero, begin, last, found)
     off = sub(add(first, path), load_vec(found[6:]))
     shift = apply_t(base, scale(1.0 / total, off))
-    for i in range(3):
-        q[3 + i] += shift[i]
-    momentum(model, data, q, v, work.zero, found)
+    for c in range(3):
+        q[column + 3 + c] += shift[c]
+    momentum(model, data, q, v, work.zero, begin, last, found)
     x, inertia, pivot = np.zeros(6), np.zeros((6, 6)), np.zeros(6, dtype=np.int64)
     store_vec(x[0:], sub(angular, load_vec(found[0:])))
     store_vec(x[3:], sub(linear, load_vec(found[3:])))
-    spatial_inertia(model, data, inertia)
+    spatial_inertia(model, data, begin, last, inertia)
     if not lu_factor(inertia, pivot):
         return
     lu_solve(inertia, pivot, x)
     turn, speed = load_vec(x[0:]), load_vec(x[3:])
-    after = model.free[0] + 1
-    at = load_vec(data.position[after])
-    rate = vector_rate((q[0], q[1], q[2]), apply_t(load_mat(data.rotation[after]), turn))
+    at = load_vec(data.position[begin])
+    vector = (q[column], q[column + 1], q[column + 2])
+    rate = vector_rate(vector, apply_t(load_mat(data.rotation[begin]), turn))
     speed = apply_t(base, add(speed, cross(turn, at)))
-    for i in range(3):
-        v[i] += rate[i]
-        v[3 + i] += speed[i]
+    for c in range(3):
+        v[column + c] += rate[c]
+        v[column + 3 + c] += speed[c]
 
 
 @unit
 def uphold(model, data, work, h, q, v):
     """See to what the equations leave open, before (h = 0) and after a piece of a step of h in s.
 
-    The momentum of a free base, and rotation vectors of less than a full turn. Return whether
-    coordinates were exchanged: the method's memory is then void. Scenes without either never
-    compile or call this.
+    The momentum of what nothing holds, and rotation vectors of less than a full turn. Return
+    whether coordinates were exchanged: the method's memory is then void. Scenes without either
+    never compile or call this.
     """
     q, v = bare(q), bare(v)
     free = (
         len(model.free) > 0 and len(model.mass_damping) == 0
     )  # mass damping is a force from outside
     if h == 0.0:
-        if free:
-            momentum(model, data, q, v, work.zero, work.momentum[0])
+        for i in range(len(model.free) if free else 0):
+            begin, last = model.free[i, 0] + 1, model.free[i, 2]
+            momentum(model, data, q, v, work.zero, begin, last, work.momentum[i])
         return False
-    if free:
-        restore_momentum(model, data, work, h, q, v)
+    for i in range(len(model.free) if free else 0):
+        restore_momentum(model, data, work, i, h, q, v)
     return change_charts(model, work, q, v)

@@ -40,9 +40,9 @@ def initial_state(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Floats]:
         # what is given is the angular velocity in the frame after the joint
         tangent = se3.right_tangent(np.concatenate([q[first : first + 3], np.zeros(3)]))[:3, :3]
         v[first : first + 3] = np.linalg.solve(tangent, v[first : first + 3])
-    for _ in model.free:
-        turn = se3.exp(np.concatenate([q[:3], np.zeros(3)]))[:3, :3]
-        v[3:6] = turn @ v[3:6]
+    for _, first, _ in model.free.tolist():
+        turn = se3.exp(np.concatenate([q[first : first + 3], np.zeros(3)]))[:3, :3]
+        v[first + 3 : first + 6] = turn @ v[first + 3 : first + 6]
     for name, offset in initial.strains.items():
         rod, section = name.split("/")
         for element in chain.rods[rod].elements:
