@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from soft_sim_ros.core.compile.samples import Place, at_node, locate_in, samples_at
+from soft_sim_ros.core.compile.samples import Place, at_node, locate_in
 from soft_sim_ros.core.floats import Floats
-from soft_sim_ros.core.model.model import new_data
-from soft_sim_ros.core.recursion.output import sample_poses
+from soft_sim_ros.core.mechanics import sampler
 from soft_sim_ros.errors import BadArgument
 
 if TYPE_CHECKING:
@@ -20,7 +17,7 @@ BASE, TIP = "base", "tip"
 Spot = tuple[str, float]  # a body (or BASE, TIP), and an arc length in m for a rod or link
 
 
-class Frames:
+class Frames(sampler.Frames):
     """Poses of spots of an arm; quaternions keep their sign from call to call.
 
     Parameters
@@ -31,21 +28,8 @@ class Frames:
     """
 
     def __init__(self, compiled: Compiled, q: Floats, spots: Sequence[Spot]) -> None:
+        super().__init__(compiled, q, [_place(compiled, spot) for spot in spots])
         self.spots = tuple(spots)
-        self._model, self._q = compiled.model, q
-        self._data = new_data(compiled.model)
-        self._samples = samples_at([_place(compiled, spot) for spot in self.spots])
-        self._base = np.concatenate([compiled.base[:3, :3].ravel(), compiled.base[:3, 3]])
-        self._poses = np.zeros((len(self.spots), 7))
-        self._poses[:, 6] = 1.0
-        self._zero = np.zeros(len(compiled.coordinate_names))
-
-    def poses(self) -> Floats:
-        """Return poses (P, 7) x y z qx qy qz qw in the world, reused by the next call."""
-        sample_poses(
-            self._model, self._data, self._samples, self._base, self._q, self._zero, self._poses
-        )
-        return self._poses
 
 
 def _place(compiled: Compiled, spot: Spot) -> Place:

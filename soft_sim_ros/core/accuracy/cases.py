@@ -78,14 +78,13 @@ def error_of(dynamics: Dynamics, forcing: Forcing) -> tuple[float, Floats | None
 
 
 def _responses(dynamics: Dynamics) -> tuple[Floats, Floats]:
-    """Return by how much unit efforts turn and move the tip by small motion (3, A), rad and m."""
+    """Return by how much unit efforts turn and move tips by small motion (T, 3, A), rad and m."""
     if not dynamics.actuators or not dynamics.n:
-        none = np.zeros((3, dynamics.actuators))
+        none = np.zeros((len(dynamics.compiled.tips), 3, dynamics.actuators))
         return none, none
     zero = np.zeros(dynamics.n)
-    moves = np.linalg.solve(_held(dynamics), dynamics.effort_matrix(zero))
-    tip = dynamics.tip_jacobian(zero) @ moves
-    return tip[:3], tip[3:]
+    moves = np.asarray(np.linalg.solve(_held(dynamics), dynamics.effort_matrix(zero)), np.float64)
+    return dynamics.tip_ways(moves, zero)
 
 
 def _held(dynamics: Dynamics) -> Floats:
@@ -97,19 +96,20 @@ def _held(dynamics: Dynamics) -> Floats:
 def _corner(dynamics: Dynamics, signs: Floats, turns: Floats, ways: Floats) -> Floats:
     """Return efforts (A,) at the limits, or what moves the tip enough where there are none."""
     length = dynamics.compiled.length
-    reach = np.maximum(
-        np.linalg.norm(turns, axis=0) / TURN, np.linalg.norm(ways, axis=0) / (WAY * length)
-    )
+
+    def most(how: Floats) -> Floats:
+        """Return the part of what may be that tips turn or move by: columns of how (A, k)."""
+        parts = [np.linalg.norm(x @ how, axis=1).max(axis=0) for x in (turns, ways)]
+        return np.maximum(parts[0] / TURN, parts[1] / (WAY * length))
+
+    reach = most(np.eye(len(signs)))
     efforts, open_ended = np.zeros(len(signs)), np.zeros(len(signs), dtype=bool)
     for i, actuator in enumerate(dynamics.compiled.scene.actuators):
         limit = actuator.limits[1 if signs[i] > 0.0 else 0]
         open_ended[i] = not np.isfinite(limit)
         efforts[i] = signs[i] / max(reach[i], 1e-300) if open_ended[i] else limit
     together = np.where(open_ended, efforts, 0.0)
-    most = max(
-        np.linalg.norm(turns @ together) / TURN, np.linalg.norm(ways @ together) / (WAY * length)
-    )
-    return np.where(open_ended, efforts / max(1.0, most), efforts)
+    return np.where(open_ended, efforts / max(1.0, float(most(together[:, None])[0])), efforts)
 
 
 def _pushes(dynamics: Dynamics) -> list[Floats]:

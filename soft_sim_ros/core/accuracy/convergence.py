@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.refine.space_error import apart
 
 SAFETY = 1.25  # neither is the finest the continuum
 SLOWEST = 0.9  # contraction from which on it is taken for this: the finest is off by nine times
@@ -28,17 +30,17 @@ def accuracy(
     return told | {"orientation_tolerance": orientation, "error_rad": angle}
 
 
-def distances(one: Floats, other: Floats, length: float) -> Floats:
-    """Return the largest distances so far (looks, 2) of two tips, given as poses (looks, 7).
+def distances(one: Floats, other: Floats, compiled: Compiled) -> Floats:
+    """Return the largest distances so far (looks, 2) of tips of two runs: poses (looks, T, 7).
 
-    Of the positions over a length in m, and of the orientations in rad.
+    Of the positions over the length on the way to each tip, and of the orientations in rad.
     """
-    away = np.linalg.norm(one[:, :3] - other[:, :3], axis=1) / length
+    away = apart(one[..., :3], other[..., :3], compiled)
     # of two unit quaternions, which may have opposite signs
     gap = np.minimum(
-        np.linalg.norm(one[:, 3:] - other[:, 3:], axis=1),
-        np.linalg.norm(one[:, 3:] + other[:, 3:], axis=1),
-    )
+        np.linalg.norm(one[..., 3:] - other[..., 3:], axis=-1),
+        np.linalg.norm(one[..., 3:] + other[..., 3:], axis=-1),
+    ).max(axis=-1)
     angle = 4.0 * np.arcsin(np.minimum(1.0, 0.5 * gap))
     return np.maximum.accumulate(np.stack([away, angle], axis=1), axis=0)
 

@@ -19,7 +19,7 @@ CORNERS, PUSHES = 3, 8
 HOLDING = 0.6  # of its time
 MODES_CHECKED = 300  # coordinates beyond which their period is not looked for
 LOOKS = 50000
-SWAY = 0.3  # displacement of the tip, over the length, by an effort without limits
+SWAY = 0.3  # displacement of a tip, over the length, by an effort without limits
 
 
 @dataclass(frozen=True)
@@ -62,22 +62,24 @@ class Drive:
         return replace(self, every=max(1, -(-self.last // LOOKS)))
 
     def tips(self, simulation: Simulation, see: Callable[[], None] = lambda: None) -> Floats:
-        """Make the run; return the tip (looks, 3) in m, in the world, as `poses` does."""
-        return self.poses(simulation, see)[:, :3]
+        """Make the run; return the tips (looks, T, 3) in m, in the world, as `poses` does."""
+        return self.poses(simulation, see)[:, :, :3]
 
     def poses(self, simulation: Simulation, see: Callable[[], None] = lambda: None) -> Floats:
-        """Make the run; return the tip's poses (looks, 7) in the world. ``see`` sees every look.
+        """Make the run; return poses (looks, T, 7) of all tips in the world.
+
+        ``see`` sees every look.
 
         Raises
         ------
         Diverged
             if the solver gives up
         """
-        inputs, sampler = Inputs(simulation, command_timeout=0.0, ramp=0.0), simulation.sampler(2)
+        inputs, tips = Inputs(simulation, command_timeout=0.0, ramp=0.0), simulation.tips()
         poses: list[Floats] = []
 
         def look() -> None:
-            poses.append(sampler.poses()[-1].copy())
+            poses.append(tips.poses().copy())
             see()
 
         look()
@@ -133,7 +135,7 @@ def _sway(simulation: Simulation, duration: float) -> Floats:
         return np.zeros(simulation.n_actuators)
     # inertia holds what has no stiffness, in so short a time
     held = dynamics.stiffness_matrix() + dynamics.mass_matrix(q) * (2.0 * np.pi / duration) ** 2
-    moves = np.linalg.solve(held, dynamics.effort_matrix(q))
-    ways = np.linalg.norm(dynamics.tip_jacobian(q)[3:] @ moves, axis=0)
-    turns = np.linalg.norm(dynamics.tip_jacobian(q)[:3] @ moves, axis=0) * simulation.length
+    moves = np.asarray(np.linalg.solve(held, dynamics.effort_matrix(q)), np.float64)
+    turns, ways = (np.linalg.norm(x, axis=1).max(axis=0) for x in dynamics.tip_ways(moves, q))
+    turns = turns * simulation.length
     return SWAY * simulation.length / np.maximum(np.maximum(ways, turns), 1e-300)

@@ -18,6 +18,7 @@ from scipy.linalg import eigvals
 from soft_sim_ros.core.analysis.small_motion import real_modes, unit_scale
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.refine.space_error import apart
 from soft_sim_ros.core.simulation.simulation import Simulation
 from soft_sim_ros.errors import EnergyGained, Inaccurate
 
@@ -38,7 +39,7 @@ def hidden_motion(dynamics: Dynamics, q: Floats, step: float) -> tuple[float, fl
     """Return what motion too fast for ``step`` in s can do: its reach in m/√J and decay in 1/s.
 
     Of free motion about q without loads, M ẍ + R ẋ + K x = 0. The reach is the largest displacement
-    J Σ φᵢ aᵢ of the tip with ½ Σ ωᵢ² aᵢ² = 1 over the modes with ω h ≥ SHOWN: √(2 λ), λ the largest
+    J Σ φᵢ aᵢ of a tip with ½ Σ ωᵢ² aᵢ² = 1 over the modes with ω h ≥ SHOWN: √(2 λ), λ the largest
     eigenvalue of Σ (J φᵢ)(J φᵢ)ᵀ/ωᵢ². The decay is the slowest at which any of the fast motions
     loses energy: twice that of its amplitude.
     """
@@ -46,19 +47,20 @@ def hidden_motion(dynamics: Dynamics, q: Floats, step: float) -> tuple[float, fl
     if n == 0:
         return 0.0, 0.0
     mass, stiffness = dynamics.mass_matrix(q), dynamics.stiffness_matrix()
-    jacobian, damping = dynamics.tip_jacobian(q)[3:], dynamics.damping_matrix()
+    damping = dynamics.damping_matrix()
+    tips = dynamics.tip_jacobians(q)[:, 3:] * dynamics.compiled.tip_scale[:, None, None]
     if n > MODES_CHECKED:
         held = np.flatnonzero(np.diag(stiffness))
-        soft = np.linalg.solve(stiffness[np.ix_(held, held)], jacobian[:, held].T)
-        return float(np.sqrt(2.0 * np.linalg.eigvalsh(jacobian[:, held] @ soft)[-1])), 0.0
+        soft = np.linalg.inv(stiffness[np.ix_(held, held)])
+        return _reach(tips[:, :, held] @ soft @ tips[:, :, held].transpose(0, 2, 1)), 0.0
     scale = unit_scale(stiffness, np.diag(stiffness), dynamics.model.weight)
     omega, shapes = real_modes(stiffness, mass, scale)
     omega = np.abs(omega)
     hidden = omega * step >= SHOWN
     if not hidden.any():
         return 0.0, 0.0
-    moves = (jacobian @ shapes)[:, hidden] / omega[hidden]
-    reach = float(np.sqrt(2.0 * np.linalg.eigvalsh(moves @ moves.T)[-1]))
+    moves = (tips @ shapes)[:, :, hidden] / omega[hidden]
+    reach = _reach(moves @ moves.transpose(0, 2, 1))
     # by modes, in units of the step: so no motion is round-off of another
     flow = np.zeros((2 * n, 2 * n))
     flow[:n, n:] = step * np.diag(omega)
@@ -67,6 +69,11 @@ def hidden_motion(dynamics: Dynamics, q: Floats, step: float) -> tuple[float, fl
     rates = eigvals(flow)
     fast = np.abs(rates) >= SHOWN
     return reach, max(0.0, float(-2.0 * rates[fast].real.max() / step)) if fast.any() else 0.0
+
+
+def _reach(yields: Floats) -> float:
+    """Return √(2 λ), λ the largest eigenvalue of symmetric matrices (T, 3, 3)."""
+    return float(np.sqrt(2.0 * np.linalg.eigvalsh(yields)[:, -1].max()))
 
 
 class Balance:
@@ -146,7 +153,7 @@ class Estimated:
             options={},
         )
         self.companion = Simulation(replace(scene, numerics=numerics))
-        self._tips = [s.sampler(2) for s in (simulation, self.companion)]
+        self._tips = [s.tips() for s in (simulation, self.companion)]
         self._balance = Balance(simulation)
         self._excess = 0.0
         self.difference_rel = self.hidden_rel = self.error_rel = self.gained_rel = 0.0
@@ -169,10 +176,10 @@ class Estimated:
         self.companion.set_efforts(self.simulation.ports()[2])
         self.companion.advance(PART * steps)
         length, time = self.simulation.length, self.simulation.time
-        tips = [sampler.poses()[-1, :3] for sampler in self._tips]
-        apart = float(np.linalg.norm(tips[0] - tips[1])) / length
+        one, other = (tips.poses()[:, :3] for tips in self._tips)
+        away = float(apart(one, other, self.simulation.compiled))
         self._balance.update()
-        self.difference_rel = max(self.difference_rel, apart)
+        self.difference_rel = max(self.difference_rel, away)
         self.hidden_rel = self._balance.hidden / length
         self.error_rel = SAFETY * self.difference_rel + self.hidden_rel
         stored = [float(s.ledger()[:3].sum()) for s in (self.simulation, self.companion)]

@@ -83,7 +83,6 @@ class Search:
         self._allowed = np.array([tolerance, np.inf if orientation is None else orientation])
         self._drive = None if drive is None else drive.looking()
         self._times = np.zeros(0)
-        self._length = 1.0
         self._trials: dict[str, _Trial | SolverError] = {}
 
     def judge(self, numerics: Numerics, thoroughly: bool = False) -> Verdict:
@@ -153,7 +152,7 @@ class Search:
         runs = [self._trial(numerics) for numerics in (one, other)]
         if runs[0] is None or runs[1] is None:
             return None
-        return distances(runs[0].poses, runs[1].poses, self._length)
+        return distances(runs[0].poses, runs[1].poses, self._compiled)
 
     def _trial(self, numerics: Numerics) -> _Trial | None:
         """Make the run, or remember it; None if the solver gave up."""
@@ -173,7 +172,7 @@ class Search:
         simulation = Simulation(replace(self._scene, numerics=replace(numerics, free=Free())))
         if self._drive is None:
             self._drive = probe(simulation).looking()
-        self._length = simulation.length
+        self._compiled = simulation.compiled
         largest = np.zeros(simulation.n_coordinates)
         before, price = self.work, len(simulation.compiled.chain.segments) * (6.0 + len(largest))
         times: list[float] = []

@@ -10,7 +10,7 @@ import numpy as np
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.refine.prolong import finer
-from soft_sim_ros.core.refine.space_error import Forcing, limit_of, motion_error, trust
+from soft_sim_ros.core.refine.space_error import Forcing, apart, limit_of, motion_error, trust
 from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.core.simulation.orders import Order
@@ -123,8 +123,8 @@ class LookedInputs(SpaceInputs):
         self._beat = max(1, round(beat * 1e9 / simulation.step_ns))
         self._began = self._last = simulation.step_index
         self._doubtful = UNSEEN if simulation.scene.numerics.written else 1.0
-        self._tip = simulation.sampler(2)
-        self._start, self._moved = self._tip.poses()[-1, :3].copy(), 0.0
+        self._tips = simulation.tips()
+        self._start, self._moved = self._tips.poses()[:, :3].copy(), 0.0
         if later:
             self.look()  # once before the run: kernels that it needs are compiled now
 
@@ -154,8 +154,9 @@ class LookedInputs(SpaceInputs):
         simulation = self.simulation
         self._last = simulation.step_index
         elapsed = (simulation.step_index - self._began) * simulation.step_ns * 1e-9
-        way = float(np.linalg.norm(self._tip.poses()[-1, :3] - self._start))
-        self._moved = max(self._moved, way)
+        compiled = simulation.compiled
+        way = compiled.length * apart(self._tips.poses()[:, :3], self._start, compiled)
+        self._moved = max(self._moved, float(way))
         q, v = simulation.q.copy(), simulation.v.copy()
         self._seen = _Seen(q, v, acting(simulation), elapsed, self._moved)
 
@@ -184,7 +185,7 @@ class AccompaniedInputs(SpaceInputs):
         super().__init__(simulation, command_timeout, ramp, complain)
         self.companion = Simulation(finer(simulation.dynamics).compiled.scene)
         self._shadow = Inputs(self.companion, command_timeout, ramp)
-        self._tips = [s.sampler(2) for s in (simulation, self.companion)]
+        self._pair = [s.tips() for s in (simulation, self.companion)]
         self._trust = trust(simulation.dynamics)
         self.look()
 
@@ -208,9 +209,8 @@ class AccompaniedInputs(SpaceInputs):
 
     def look(self) -> None:
         """Compare the tips of now."""
-        tips = [sampler.poses()[-1, :3] for sampler in self._tips]
-        apart = float(np.linalg.norm(tips[0] - tips[1])) / self.simulation.length
-        self._note(self._trust * apart)
+        one, other = (tips.poses()[:, :3] for tips in self._pair)
+        self._note(self._trust * float(apart(one, other, self.simulation.compiled)))
 
     def reset(self) -> None:
         """Go back to the initial state, both; the estimate begins anew."""

@@ -16,10 +16,10 @@ import numpy as np
 
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.mechanics.sampler import Sampler
+from soft_sim_ros.core.mechanics.sampler import Frames
 from soft_sim_ros.core.refine.prolong import finer, prolong
 from soft_sim_ros.core.refine.refinement import STEP_ERROR, Refinement, source_with
-from soft_sim_ros.core.refine.space_error import UNWRITTEN, newton, tips_apart, trust
+from soft_sim_ros.core.refine.space_error import UNWRITTEN, apart, newton, tips_apart, trust
 from soft_sim_ros.core.simulation.simulation import Simulation
 from soft_sim_ros.errors import SolverError
 from soft_sim_ros.scene import Free, Numerics, Scene
@@ -155,17 +155,17 @@ def companions_apart(one: Simulation, other: Simulation, drive: Drive) -> tuple[
     largest = np.zeros(other.n_coordinates)
     runs: list[list[Floats]] = []
     for simulation in (one, other):
-        sampler = simulation.sampler(2)
+        sampler = simulation.tips()
         tips: list[Floats] = []
         first = simulation.statistics().steps
 
         def see(
             simulation: Simulation = simulation,
-            sampler: Sampler = sampler,
+            sampler: Frames = sampler,
             tips: list[Floats] = tips,
             first: int = first,
         ) -> None:
-            tips.append(sampler.poses()[-1, :3].copy())
+            tips.append(sampler.poses()[:, :3].copy())
             if simulation is other:
                 np.maximum(largest, np.abs(simulation.q), out=largest)
                 if len(tips) == len(runs[0]):
@@ -181,9 +181,8 @@ def companions_apart(one: Simulation, other: Simulation, drive: Drive) -> tuple[
             return np.inf, largest
         runs.append(tips)
     looks = min(map(len, runs))
-    apart = np.array(runs[0][:looks]) - np.array(runs[1][:looks])
-    error = trust(one.dynamics) * float(np.linalg.norm(apart, axis=1).max())
-    return error / one.length, largest
+    away = apart(np.array(runs[0][:looks]), np.array(runs[1][:looks]), one.compiled)
+    return trust(one.dynamics) * float(away.max()), largest
 
 
 def short(drive: Drive, simulation: Simulation) -> Drive:

@@ -33,7 +33,7 @@ class WatchedInputs(Inputs):
     Attributes
     ----------
     companion : the finer simulation (core/accuracy/contract.py), of the same steps
-    error_rel : estimate of the tip's largest error since the last reset, over the length; infinite
+    error_rel : estimate of the tips' largest error since the last reset, over the length; infinite
         from where the companion gave up
     error_rad : the same of the tip's orientation, in rad
     orientation : its tolerance in rad; None if the scene has none
@@ -62,7 +62,7 @@ class WatchedInputs(Inputs):
         self._shadow = Inputs(self.companion, command_timeout, ramp)
         self._complain = complain
         self._every = max(1, min(LOOK_STEPS, LOOK_NS // simulation.step_ns))
-        self._tips = [s.sampler(2) for s in (simulation, self.companion)]
+        self._tips = [s.tips() for s in (simulation, self.companion)]
 
     def take(self, order: Order) -> None:
         """Hold the values of ``order`` from the next `update` on."""
@@ -94,9 +94,9 @@ class WatchedInputs(Inputs):
         try:
             self._shadow.advance(self.simulation.step_index - self.companion.step_index)
             if self.simulation.step_index % self._every == 0:
-                poses = [sampler.poses()[-1:] for sampler in self._tips]
-                apart, angle = distances(poses[0], poses[1], self.simulation.length)[-1].tolist()
-                self.error_rel = max(self.error_rel, self.trust * apart)
+                one, other = (tips.poses()[None] for tips in self._tips)
+                away, angle = distances(one, other, self.simulation.compiled)[-1].tolist()
+                self.error_rel = max(self.error_rel, self.trust * away)
                 self.error_rad = max(self.error_rad, self.trust * angle)
         except SolverError:
             self.error_rel = self.error_rad = np.inf

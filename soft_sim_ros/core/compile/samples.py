@@ -11,9 +11,8 @@ from soft_sim_ros.core.model.model import Samples
 from soft_sim_ros.core.model.packing import flat_entries, floats, ints
 from soft_sim_ros.core.model.segments import Segment
 
-from .chain import Chain, RodMap
+from .chain import Branch, Chain, RodMap
 from .element import Element
-from .scene import Compiled
 
 if TYPE_CHECKING:
     from .link import LinkMap
@@ -21,16 +20,15 @@ if TYPE_CHECKING:
 Place = tuple[int, Segment]  # a node, and the step from it
 
 
-def sample_frames(compiled: Compiled, s: Floats) -> Samples:
-    """Return samples at arc lengths ``s`` (P,) in m, counted along all rods, base to tip."""
-    chain = compiled.chain
+def places_along(chain: Chain, branch: Branch, s: Floats) -> list[Place]:
+    """Return places at arc lengths ``s`` (P,) in m, counted along the rods of a branch."""
     places = []
     for value in s:
-        place = _locate(chain, float(value))
-        if value == s[-1] and value >= compiled.length * (1.0 - 1e-12):
-            place = at_node(chain.node)  # the tip, tools too
+        place = _locate(chain, branch, float(value))
+        if value == s[-1] and value >= (branch.length or 1.0) * (1.0 - 1e-12):
+            place = at_node(branch.last_node)  # the tip, tools too
         places.append(place)
-    return samples_at(places)
+    return places
 
 
 def samples_at(places: list[Place]) -> Samples:
@@ -54,15 +52,15 @@ def at_node(node: int) -> Place:
     return node, Segment(0.5, 0.0, np.zeros((2, 6)))
 
 
-def _locate(chain: Chain, s: float) -> Place:
-    """Return the place at an arc length s in m along all rods."""
-    spans = chain.spans
+def _locate(chain: Chain, branch: Branch, s: float) -> Place:
+    """Return the place at an arc length s in m along the rods of a branch."""
+    spans = branch.spans
     for i, span in enumerate(spans):
         if s > span.length and i < len(spans) - 1:
             s -= span.length
             continue
         return locate_in(chain, span, s)
-    return at_node(chain.node)
+    return at_node(branch.last_node)
 
 
 def locate_in(chain: Chain, span: RodMap | LinkMap, s: float) -> Place:

@@ -17,7 +17,7 @@ from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.model import Loads, Model
 from soft_sim_ros.core.model.packing import flat_entries, flat_tree, floats, ints
 from soft_sim_ros.core.quadrature import scattered
-from soft_sim_ros.errors import SceneError
+from soft_sim_ros.errors import NoSuchPlace, SceneError
 from soft_sim_ros.scene import (
     Attachment,
     FlexibleLink,
@@ -28,7 +28,7 @@ from soft_sim_ros.scene import (
     Scene,
 )
 
-from .chain import Chain
+from .chain import Branch, Chain
 from .link import append_link
 from .loads import lump_loads
 from .overflow import refuse_overflow
@@ -50,6 +50,10 @@ class Compiled:
     coordinate_names: tuple[str, ...]
     # of rods and links on the longest way from the base to a tip, m; 1 for a scene without any
     length: float
+    tips: tuple[int, ...]  # nodes that nothing is beyond of, in the order of the bodies
+    # (T,) length over that on the way to a tip: what errors and ways of a tip are multiplied by
+    # before they are measured by the length
+    tip_scale: Floats
 
     # Nothing in it changes, so a copy is itself; a pickle holds the scene.
 
@@ -61,6 +65,26 @@ class Compiled:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return compile_scene, (self.scene,)
+
+    @property
+    def backbones(self) -> dict[str, Branch]:
+        """Rods and links in a row, by the name of the first of each row, in the order of bodies."""
+        return {branch.name: branch for branch in self.chain.branches if branch.spans}
+
+    def backbone(self, name: str | None = None) -> Branch:
+        """Return a backbone by its name, by default the last one.
+
+        Raises
+        ------
+        NoSuchPlace
+            if there is none of that name
+        """
+        found = self.backbones
+        if name is None:
+            return list(found.values())[-1] if found else self.chain.branches[-1]
+        if name not in found:
+            raise NoSuchPlace(name, f"one of the backbones {', '.join(found) or '(none)'}")
+        return found[name]
 
     def to_base(self, wrench: Floats) -> Floats:
         """Return the base-frame components of a wrench (6,) given along the world axes."""
@@ -98,6 +122,8 @@ def _compiled(scene: Scene) -> Compiled:
         gravity=base[:3, :3].T @ scene.gravity,
         coordinate_names=tuple(chain.names),
         length=chain.whole[0],
+        tips=tuple(chain.tips),
+        tip_scale=chain.whole[0] / np.array([chain.whole[node] for node in chain.tips]),
     )
 
 

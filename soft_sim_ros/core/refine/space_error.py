@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.errors import NotResolved
@@ -93,9 +94,17 @@ def trust(dynamics: Dynamics) -> float:
 
 
 def tips_apart(one: Dynamics, q: Floats, other: Dynamics, p: Floats) -> float:
-    """Return the distance of two models' tips over the length."""
-    ends = [model.node_poses(x)[-1][:3, 3] for model, x in ((one, q), (other, p))]
-    return float(np.linalg.norm(ends[0] - ends[1])) / one.compiled.length
+    """Return the largest distance of two models' tips over the length."""
+    ends = [
+        model.node_poses(x)[list(model.compiled.tips), :3, 3] for model, x in ((one, q), (other, p))
+    ]
+    return float(apart(ends[0], ends[1], one.compiled))
+
+
+def apart(one: Floats, other: Floats, compiled: Compiled) -> Floats:
+    """Return the largest distance (…) of tips (…, T, 3), each over the length on the way to it."""
+    away = np.linalg.norm(one - other, axis=-1) * compiled.tip_scale
+    return np.asarray(away.max(axis=-1) / compiled.length)
 
 
 def motion_error(
@@ -119,7 +128,7 @@ def motion_error(
     q, v : (n,) coordinates and rates
     forcing : what acts now
     elapsed : s since the motion began
-    moved : m, by which the tip has been away from where it began
+    moved : m, by which a tip has been away from where it began
     """
     if not dynamics.compiled.chain.rods:
         return 0.0
@@ -129,8 +138,8 @@ def motion_error(
     mass = dynamics.last_tangent((0.0, 0.0, 1.0))
     a = -np.linalg.solve(mass, still)
     up, rate, push = prolong(dynamics.compiled, fine.compiled, np.array([q, v, a]))
-    jacobian = dynamics.tip_jacobian(q)[3:]
-    speed, rise = (float(np.linalg.norm(jacobian @ x)) for x in (v, a))
+    moving = dynamics.tip_ways(np.stack([v, a], axis=1), q)[1]
+    speed, rise = np.linalg.norm(moving, axis=1).max(axis=0).tolist()
     moved = max(moved, STILL * dynamics.compiled.length)
     lasting = min(elapsed, MEMORY, moved / max(speed, 1e-300), np.sqrt(moved / max(rise, 1e-300)))
     residual = fine.residual(up, rate, push, fine.forcing(*forcing))

@@ -11,6 +11,7 @@ from soft_sim_ros.core.arguments import vector, whole
 from soft_sim_ros.core.backend.copying import arrays_of
 from soft_sim_ros.core.backend.interrupts import next_pace, wholly
 from soft_sim_ros.core.compile.overflow import LATEST, refuse_energy, whole_nanoseconds
+from soft_sim_ros.core.compile.samples import at_node
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.integrators.entry import Entry
 from soft_sim_ros.core.integrators.newton import REASONS
@@ -36,7 +37,7 @@ from soft_sim_ros.core.integrators.problem import (
 )
 from soft_sim_ros.core.integrators.tableaus import method_of
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.mechanics.sampler import Sampler
+from soft_sim_ros.core.mechanics.sampler import Frames, Sampler
 from soft_sim_ros.core.model.model import in_its_plane
 from soft_sim_ros.errors import BadArgument, Diverged
 from soft_sim_ros.scene import Scene
@@ -317,10 +318,20 @@ class Simulation(Twins):
         """Memory in bytes of model, state and solver."""
         return sum(array.nbytes for array in arrays_of(self._problem))
 
-    def sampler(self, poses: int) -> Sampler:
-        """Return a sampler of ``poses`` frames, equally spaced in arc length from base to tip.
+    def sampler(self, poses: int, backbone: str | None = None) -> Sampler:
+        """Return a sampler of ``poses`` frames, equally spaced in arc length along a backbone.
 
-        The last one is the frame at the end of the chain, beyond joints and bodies after the rods.
+        The last one is the frame at the end of it, beyond joints and bodies after the rods.
+
+        backbone : one of ``Compiled.backbones``; the last of them by default, in a chain the only
+            one
         """
         poses = whole("poses", poses, 1, MOST_POSES)
-        return Sampler(self.compiled, self.q, np.linspace(0.0, self.length, poses), of=self)
+        branch = self.compiled.backbone(backbone)
+        s = np.linspace(0.0, branch.length or 1.0, poses)
+        return Sampler(self.compiled, self.q, s, of=self, backbone=backbone)
+
+    def tips(self) -> Frames:
+        """Return the frames of all tips; each call of ``poses()`` reads the present state."""
+        places = [at_node(node) for node in self.compiled.tips]
+        return Frames(self.compiled, self.q, places, of=self)
