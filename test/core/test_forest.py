@@ -9,6 +9,8 @@ from forests import EFFORTS, forest_document, place, rod, tree, tree_document
 from scenes import random_state, scene_of
 
 from soft_sim_ros.core.algebra import se3
+from soft_sim_ros.core.analysis.inverse_kinematics import inverse_kinematics
+from soft_sim_ros.core.analysis.linearisation import linearise
 from soft_sim_ros.core.analysis.statics import equilibrium
 from soft_sim_ros.core.compile.scene import compile_scene
 from soft_sim_ros.core.mechanics import spatial
@@ -211,3 +213,35 @@ def own_momentum(dynamics, simulation, columns):
     twist = dynamics.node_twists(simulation.q, simulation.v)[node]
     spin = pose[:3, :3] @ (np.array([1e-4, 2e-4, 3e-4]) * twist[:3])
     return np.concatenate([spin, 0.2 * pose[:3, :3] @ twist[3:]])
+
+
+def test_inverse_kinematics_holds_any_frame():
+    """Of two tendon fingers on one palm, each is led to where it was seen before."""
+    tendons = [
+        {"tendon": f"{finger}{i}", "rod": finger, "offset": offset, "limits": [0, 40]}
+        for finger in ("one", "two")
+        for i, offset in enumerate([[0.01, 0.0], [0.0, 0.01]])
+    ]
+    bodies = [
+        {"rigid_body": "palm", "mass": 0.3},
+        rod("one", 0.2, place("palm", position=[0, 0.05, 0])),
+        rod("two", 0.25, place("palm", position=[0, -0.05, 0])),
+    ]
+    dynamics = Dynamics(scene_of(forest_document(bodies, actuators=tendons)))
+    for finger, efforts in (("one", [12.0, 5.0, 0.0, 0.0]), ("two", [0.0, 0.0, 8.0, 15.0])):
+        q = equilibrium(dynamics, efforts=np.array(efforts))
+        seen = dynamics.node_poses(q)[dynamics.compiled.node_of(finger), :3, 3]
+        found = inverse_kinematics(dynamics, seen, frame=finger, check=False)
+        np.testing.assert_allclose(found.pose[:3, 3], seen, atol=1e-8)
+        np.testing.assert_allclose(found.efforts, efforts, atol=1e-4)
+
+
+def test_linearisation_of_a_frame_is_its_small_motion():
+    dynamics = tree()
+    q = equilibrium(dynamics, efforts=np.array(EFFORTS), check=False)
+    system = linearise(dynamics, q, np.array(EFFORTS), frame="finger")
+    node = dynamics.compiled.node_of("finger")
+    size = 1e-6 / dynamics.model.weight
+    slope = central_difference(lambda x: dynamics.node_poses(x)[node, :3, 3], q, size)
+    assert system.outputs[:3] == ("finger_x", "finger_y", "finger_z")
+    np.testing.assert_allclose(system.C[:3, : dynamics.n], slope, atol=1e-6 * np.abs(slope).max())

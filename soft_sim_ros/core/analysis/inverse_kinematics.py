@@ -43,14 +43,15 @@ def inverse_kinematics(
     tries: int = 6,
     exact: bool = True,
     check: bool | None = None,
+    frame: str | None = None,
 ) -> Reach:
-    """Return the least efforts that hold the tip, at rest, at a position and in an orientation.
+    """Return the least efforts that hold a frame, at rest, at a position and in an orientation.
 
     Parameters
     ----------
     dynamics : the arm
     position : (3,) in m, world; None leaves it open
-    rotation : (3, 3) rotation matrix of the tip frame in the world; None leaves it open
+    rotation : (3, 3) rotation matrix of the frame in the world; None leaves it open
     start : (A,) efforts to begin from; safe efforts by default
     limits : (2, A) least and largest efforts; those of the scene by default
     weights : (A,) an effort costs (weight · effort)². By default an effort is measured by its
@@ -59,7 +60,7 @@ def inverse_kinematics(
     tolerance : largest error that counts as reached, arm lengths and rad
     tries : how many starts: after the first, random ones within finite limits, always the same
     exact : whether a target out of reach is an error; otherwise the nearest pose is the result
-
+    frame : name of a body, whose end is held; the tip, the last of all ends, by default
     check : whether to ask a finer basis, once, how far off the tip of the result is, and to warn;
         by default, where the scene's author wrote no basis
 
@@ -81,7 +82,7 @@ def inverse_kinematics(
     Which of several solutions is found depends on the start. If both position and orientation
     are asked for, an arm length counts as much as a radian.
     """
-    task = make_task(dynamics, position, rotation, limits, weights, tolerance)
+    task = make_task(dynamics, position, rotation, limits, weights, tolerance, frame)
     task.loads = {"time": time, "tip": tip, "tip_follows": tip_follows}
     best: Point | None = None
     starts = _starts(task, start, tries)

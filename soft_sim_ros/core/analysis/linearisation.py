@@ -17,7 +17,7 @@ from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 
 WRENCH = ("moment_x", "moment_y", "moment_z", "force_x", "force_y", "force_z")
-TIP = ("tip_x", "tip_y", "tip_z", "tip_turn_x", "tip_turn_y", "tip_turn_z")
+POSE = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +32,9 @@ class Linearisation:
     q, efforts, output : state of rest (n,), efforts (A,) in it, and outputs (6 + 2A,) there:
         x, u and y count from these
     states, inputs, outputs : names. Inputs are commands in scene order, in their own units, then
-        the wrench at the tip (N·m, N). Outputs are the position of the tip (m, world), its small
-        rotation as a vector along world axes (rad), then position and rate of every actuator port
+        the wrench at the tip (N·m, N). Outputs are the position of the tip, or of another frame
+        (m, world), its small rotation as a vector along world axes (rad), then position and rate of
+        every actuator port
     step : s between instants; 0 = continuous time
     """
 
@@ -115,6 +116,7 @@ def linearise(
     *,
     tip: Floats | None = None,
     tip_follows: bool = False,
+    frame: str | None = None,
 ) -> Linearisation:
     """Return the linear system of small motion about rest in q, exact for the discrete model.
 
@@ -126,6 +128,8 @@ def linearise(
     time : s at which scheduled loads are taken, and then held
     tip : (6,) wrench held at the tip, along world axes or (``tip_follows``) those of the tip; the
         same frame is that of the wrench among the inputs
+    frame : name of a body, whose end is looked at; the tip, the last of all ends, by default. Its
+        name takes the place of ``tip`` in those of the outputs
     """
     n, actuators = dynamics.n, dynamics.actuators
     q = dynamics.coordinates(q).copy()
@@ -135,8 +139,9 @@ def linearise(
     factors = cho_factor(dynamics.mass_matrix(q))
     start = cho_solve(factors, -dynamics.residual(q, zero, zero, dynamics.forcing(*forcing)))
     stiffness, damping, _ = dynamics.tangents(q, zero, start, held, time, tip, tip_follows)
-    jacobian = dynamics.tip_jacobian(q)
-    rotation = dynamics.node_poses(q)[-1][:3, :3]
+    jacobians, poses = dynamics.jacobians(q, zero)[0], dynamics.node_poses(q)
+    node = dynamics.compiled.node_of(frame)
+    jacobian, rotation = jacobians[-1], poses[-1, :3, :3]
     to_world = block_diag(rotation, rotation)
     wrench = jacobian.T if tip_follows else jacobian.T @ to_world.T
     force = np.hstack([dynamics.effort_matrix(q, held), wrench])
@@ -145,11 +150,10 @@ def linearise(
     flow = np.vstack([upper, lower])
     # a port's rate is linear in q̇: ẏ = (∂y/∂q) q̇
     ports = np.stack([dynamics.ports(q, unit)[1] for unit in np.eye(n)], axis=1)
-    turned = to_world @ jacobian
+    seen = poses[node, :3, :3]
+    turned = block_diag(seen, seen) @ jacobians[node]
     positions = np.vstack([turned[3:], turned[:3], ports])
-    output = np.concatenate(
-        [dynamics.node_poses(q)[-1][:3, 3], np.zeros(3), dynamics.ports(q, zero)[0]]
-    )
+    output = np.concatenate([poses[node, :3, 3], np.zeros(3), dynamics.ports(q, zero)[0]])
     names = [actuator.name for actuator in dynamics.compiled.scene.actuators]
     coordinates = dynamics.compiled.coordinate_names
     return Linearisation(
@@ -168,5 +172,9 @@ def linearise(
         output=np.concatenate([output, np.zeros(actuators)]),
         states=(*coordinates, *(f"{name}_rate" for name in coordinates)),
         inputs=(*names, *(f"tip_{name}" for name in WRENCH)),
-        outputs=(*TIP, *names, *(f"{name}_rate" for name in names)),
+        outputs=(
+            *(f"{frame or 'tip'}_{name}" for name in POSE),
+            *names,
+            *(f"{name}_rate" for name in names),
+        ),
     )

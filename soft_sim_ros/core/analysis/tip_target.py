@@ -1,4 +1,4 @@
-"""A target for the tip: how far an equilibrium is from it, and how that follows the efforts."""
+"""A target for a frame: how far an equilibrium is from it, and how that follows the efforts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Sensitivity(NamedTuple):
     """How an equilibrium follows the efforts."""
 
     q: Floats  # (n, A) dq/dτ
-    tip: Floats  # (6, A) small rotation and displacement of the tip, world axes, per effort
+    tip: Floats  # (6, A) small rotation and displacement of the frame, world axes, per effort
 
 
 def tip_sensitivity(
@@ -33,12 +33,14 @@ def tip_sensitivity(
     *,
     tip: Floats | None = None,
     tip_follows: bool = False,
+    frame: str | None = None,
 ) -> Sensitivity:
     """Return the exact derivative of an equilibrium with respect to the efforts.
 
     Parameters
     ----------
     q : (n,) the equilibrium under ``efforts`` (A,), the loads at ``time`` and the wrench ``tip``
+    frame : name of a body, whose end is looked at; the tip, the last of all ends, by default
 
     Raises
     ------
@@ -48,20 +50,21 @@ def tip_sensitivity(
     zero = np.zeros(dynamics.n)
     stiffness = dynamics.tangents(q, zero, zero, efforts, time, tip, tip_follows)[0]
     slope: Floats = np.asarray(np.linalg.solve(stiffness, dynamics.effort_matrix(q, efforts)))
-    rotation = dynamics.node_poses(q)[-1][:3, :3]
-    twist = dynamics.tip_jacobian(q) @ slope
+    node = dynamics.compiled.node_of(frame)
+    rotation = dynamics.node_poses(q)[node, :3, :3]
+    twist = dynamics.jacobians(q, zero)[0][node] @ slope
     return Sensitivity(slope, np.vstack([rotation @ twist[:3], rotation @ twist[3:]]))
 
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """Efforts, and how the arm at rest then holds its tip.
+    """Efforts, and how the arm at rest then holds its tip, or the frame that was asked for.
 
     Parameters
     ----------
     efforts : (A,) in scene order, in the units of their commands
     q : (n,) the equilibrium
-    pose : (4, 4) of the tip in the world
+    pose : (4, 4) of it in the world
     distance : from the target position, m; 0 if none was asked for
     angle : from the target orientation, rad; likewise
     reached : whether both are within the tolerance
@@ -98,6 +101,7 @@ class Task:
     bounds: Floats  # (2, A)
     weights: Floats
     tolerance: float
+    frame: str | None = None
     loads: dict[str, Any] = field(default_factory=dict)
 
     def at(self, efforts: Floats, q: Floats | None, thorough: bool = False) -> Point:
@@ -105,7 +109,7 @@ class Task:
         q = equilibrium(
             self.dynamics, q, efforts=efforts, thorough=thorough, check=False, **self.loads
         )
-        pose = self.dynamics.node_poses(q)[-1]
+        pose = self.dynamics.node_poses(q)[self.dynamics.compiled.node_of(self.frame)]
         parts = []
         if self.position is not None:
             parts.append((self.position - pose[:3, 3]) / self.dynamics.compiled.length)
@@ -133,7 +137,7 @@ class Task:
         return slopes[:, i], float(reach[i])
 
     def _slopes(self, point: Point, efforts: Floats) -> tuple[Floats, Floats]:
-        twist = tip_sensitivity(self.dynamics, point.q, efforts, **self.loads)
+        twist = tip_sensitivity(self.dynamics, point.q, efforts, **self.loads, frame=self.frame)
         rows = []
         if self.position is not None:
             rows.append(twist.tip[3:] / self.dynamics.compiled.length)
@@ -169,8 +173,10 @@ def make_task(
     limits: Floats | None,
     weights: Floats | None,
     tolerance: float,
+    frame: str | None,
 ) -> Task:
     """Return the task, checked."""
+    dynamics.compiled.node_of(frame)
     actuators = dynamics.compiled.scene.actuators
     if position is None and rotation is None:
         raise ValueError("a position, a rotation or both are needed")
@@ -201,4 +207,4 @@ def make_task(
         raise ValueError(f"weights must be {len(actuators)} numbers above zero, not {weights!r}")
     if not tolerance > 0.0:
         raise ValueError(f"tolerance must be above zero, not {tolerance!r}")
-    return Task(dynamics, position, rotation, limits, weights, tolerance)
+    return Task(dynamics, position, rotation, limits, weights, tolerance, frame)

@@ -86,6 +86,21 @@ class Compiled:
             raise NoSuchPlace(name, f"one of the backbones {', '.join(found) or '(none)'}")
         return found[name]
 
+    def node_of(self, frame: str | None = None) -> int:
+        """Return the node at the end of a body; without a name, the last one of all.
+
+        Raises
+        ------
+        NoSuchPlace
+            if there is no body of that name
+        """
+        ends = self.chain.ends
+        if frame is None:
+            return self.chain.node
+        if frame not in ends:
+            raise NoSuchPlace(frame, f"one of the bodies {', '.join(ends)}")
+        return ends[frame]
+
     def to_base(self, wrench: Floats) -> Floats:
         """Return the base-frame components of a wrench (6,) given along the world axes."""
         rotation, wrench = self.base[:3, :3].T, vector("wrench", wrench, 6)
