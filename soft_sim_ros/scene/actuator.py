@@ -169,8 +169,10 @@ def _read_joint_actuator(
     reader.only(key, "joint", "axis", *LIMITS)
     turns = key == "joint_torque"
     kinds = ("revolute", "universal") if turns else ("prismatic",)
-    driven = [joint.name for joint in joints.values() if joint.kind in kinds]
-    joint = joints[reader.reference("joint", driven, f"{' or '.join(kinds)} joint")]
+    fitting = [joint.name for joint in joints.values() if joint.kind in kinds]
+    joint = joints[reader.reference("joint", fitting, f"{' or '.join(kinds)} joint")]
+    if joint.driven:
+        reader.refuse("a joint that is not driven: no effort changes what that is told", "joint")
     axis = 0
     if joint.kind == "universal":
         axis = ("first", "second").index(reader.choice("axis", ("first", "second")))

@@ -1,4 +1,4 @@
-"""Formulas in s: arithmetic and a few functions, nothing else can be said.
+"""Formulas in one variable: arithmetic and a few functions, nothing else can be said.
 
 A formula is parsed by Python's own parser and walked node by node; names, calls and operators are
 those listed here. Nothing is ever evaluated by Python itself.
@@ -33,25 +33,29 @@ class ExpressionError(ValueError):
 
 
 class Expression:
-    """A formula as a function of arc lengths s (…) in m; it knows s, pi and FUNCTIONS."""
+    """A formula as a function of arc lengths s (…) in m, or of another ``variable``.
 
-    def __init__(self, text: str) -> None:
-        self.text = text
+    It knows that, pi and FUNCTIONS.
+    """
+
+    def __init__(self, text: str, variable: str = "s") -> None:
+        self.text, self.variable = text, variable
         if len(text) > LONGEST:
             raise ExpressionError(f"at most {LONGEST} characters")
         try:
             self.tree = ast.parse(text.strip(), mode="eval").body
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             raise ExpressionError("this is not arithmetic") from None
-        _value(self.tree, np.zeros(1), 0)
+        self(np.zeros(1))
 
     def __call__(self, s: Floats) -> Floats:
         """Return the values at s, same shape."""
         with np.errstate(all="ignore"):
-            return np.broadcast_to(np.asarray(_value(self.tree, s, 0), dtype=float), np.shape(s))
+            value = _value(self.tree, {self.variable: s, "pi": np.pi}, 0)
+            return np.broadcast_to(np.asarray(value, dtype=float), np.shape(s))
 
 
-def _value(node: ast.expr, s: Floats, depth: int) -> Any:
+def _value(node: ast.expr, known: dict[str, Any], depth: int) -> Any:
     """Return the value of a node; everything is a floating-point number, so powers stay small."""
     if depth > DEEPEST:
         raise ExpressionError("fewer parentheses")
@@ -61,19 +65,19 @@ def _value(node: ast.expr, s: Floats, depth: int) -> Any:
             return np.float64(number)
         except OverflowError:
             raise ExpressionError("numbers below 1.8e308, all of them") from None
-    if isinstance(node, ast.Name) and node.id in ("s", "pi"):
-        return s if node.id == "s" else np.pi
+    if isinstance(node, ast.Name) and node.id in known:
+        return known[node.id]
     if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
-        left, right = (_value(part, s, depth + 1) for part in (node.left, node.right))
+        left, right = (_value(part, known, depth + 1) for part in (node.left, node.right))
         with np.errstate(all="ignore"):
             return OPERATORS[type(node.op)](left, right)
     if isinstance(node, ast.UnaryOp) and type(node.op) in OPERATORS:
-        return OPERATORS[type(node.op)](_value(node.operand, s, depth + 1))
+        return OPERATORS[type(node.op)](_value(node.operand, known, depth + 1))
     if isinstance(node, ast.Call) and len(node.args) == 1 and not node.keywords:
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         if name in FUNCTIONS:
             with np.errstate(all="ignore"):
-                return FUNCTIONS[name](_value(node.args[0], s, depth + 1))
+                return FUNCTIONS[name](_value(node.args[0], known, depth + 1))
     written = ast.unparse(node)
-    known = f"s, pi, numbers, + - * / **, {' '.join(FUNCTIONS)}"
-    raise ExpressionError(f"{written!r} is not among {known}")
+    words = f"{', '.join(known)}, numbers, + - * / **, {' '.join(FUNCTIONS)}"
+    raise ExpressionError(f"{written!r} is not among {words}")

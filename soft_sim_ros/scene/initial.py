@@ -35,7 +35,7 @@ class Initial:
 def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
     """Read ``initial``."""
     moving = [body for body in bodies if isinstance(body, (Joint, FlexibleLink))]
-    moving = [body for body in moving if body.coordinates]
+    moving = [body for body in moving if body.coordinates and not getattr(body, "driven", ())]
     sections = {
         f"{rod.name}/{section.name}": rod.strains
         for rod in bodies

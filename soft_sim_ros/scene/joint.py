@@ -1,4 +1,4 @@
-"""Joints: what the part of the chain after them may do relative to the part before."""
+"""Joints: what the part beyond them may do relative to the part before."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from soft_sim_ros.scene.driven import Course, read_courses
 from soft_sim_ros.scene.interval import NONNEGATIVE
 from soft_sim_ros.scene.pose import IDENTITY, Pose, read_pose
 from soft_sim_ros.scene.reader import Reader, frozen
@@ -15,12 +16,13 @@ JOINT_KINDS = ("fixed", "revolute", "prismatic", "universal", "spherical", "free
 # Kinds whose coordinates are amounts along axes: they can have springs, dampers and motors.
 AXES = {"revolute": 1, "prismatic": 1, "universal": 2}
 TURN, SHIFT = ("rx", "ry", "rz"), ("x", "y", "z")
+LABELS = {"fixed": (), "universal": ("first", "second"), "spherical": TURN, "free": TURN + SHIFT}
 PARALLEL = 1e-6  # sine of the angle below which two axes are one
 
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """Moves the chain by the pose ``offset``, then by its own coordinates in the new frame.
+    """Moves what is beyond by the pose ``offset``, then by its own coordinates in the new frame.
 
     kind : revolute (angle about the axis, rad), prismatic (path along it, m), universal (angle
         about the first axis, then about the second, which turns with the first), spherical
@@ -28,6 +30,7 @@ class Joint:
         turns), fixed (nothing).
     axes : (k, 3) unit vectors, k = 1, 2 for the kinds in AXES, else 0.
     stiffness in N·m/rad or N/m per axis (rest at 0); damping in N·m·s/rad or N·s/m per axis.
+    driven : what its coordinates are told to do, in their order; empty: they move freely
     """
 
     name: str
@@ -36,6 +39,7 @@ class Joint:
     offset: Pose = IDENTITY
     stiffness: float = 0.0
     damping: float = 0.0
+    driven: tuple[Course, ...] = ()
 
     @property
     def axis(self) -> Floats:
@@ -48,20 +52,18 @@ class Joint:
         """Names of the coordinates."""
         if self.kind in ("revolute", "prismatic"):
             return (self.name,)
-        own: tuple[str, ...] = ()
-        if self.kind == "universal":
-            own = ("first", "second")
-        elif self.kind == "spherical":
-            own = TURN
-        elif self.kind == "free":
-            own = TURN + SHIFT
-        return tuple(f"{self.name}/{label}" for label in own)
+        return tuple(f"{self.name}/{label}" for label in LABELS[self.kind])
 
 
 def read_joint(reader: Reader, name: str) -> Joint:
     """Read a joint."""
-    reader.only("joint", "parent", "kind", "axis", "axes", "offset", "stiffness", "damping")
+    reader.only(
+        "joint", "parent", "kind", "axis", "axes", "offset", "stiffness", "damping", "driven"
+    )
     kind = reader.choice("kind", JOINT_KINDS)
+    if kind == "fixed":
+        reader.no_effect("driven", "a fixed joint has no coordinates")
+    driven = read_courses(reader, LABELS.get(kind, ("",))) if reader.has("driven") else ()
     offset = read_pose(reader.mapping("offset"))
     article = f"a {kind} joint"
     if kind not in AXES:
@@ -75,7 +77,7 @@ def read_joint(reader: Reader, name: str) -> Joint:
                 else f"{article} has no axes; springs and dampers act about those of a "
                 "revolute, prismatic or universal joint",
             )
-        return Joint(name, kind, frozen(np.zeros((0, 3))), offset)
+        return Joint(name, kind, frozen(np.zeros((0, 3))), offset, driven=driven)
     if AXES[kind] == 1:
         reader.no_effect("axes", f"{article} has one axis")
         axes = [_direction(reader, "axis", reader.vector("axis", 3))]
@@ -91,6 +93,7 @@ def read_joint(reader: Reader, name: str) -> Joint:
         offset,
         stiffness=reader.number("stiffness", NONNEGATIVE, default=0.0),
         damping=reader.number("damping", NONNEGATIVE, default=0.0),
+        driven=driven,
     )
 
 

@@ -15,6 +15,7 @@ from scipy.linalg import block_diag, cho_factor, cho_solve, expm
 from soft_sim_ros.core.arguments import vector_or_zeros
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.mechanics.history import refuse_driven
 
 WRENCH = ("moment_x", "moment_y", "moment_z", "force_x", "force_y", "force_z")
 POSE = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
@@ -136,6 +137,7 @@ def linearise(
     held = vector_or_zeros("efforts", efforts, actuators).copy()
     zero = np.zeros(n)
     forcing = (held, time, 1.0, tip, tip_follows)
+    refuse_driven(dynamics.compiled.scene, "a linear system")
     factors = cho_factor(dynamics.mass_matrix(q))
     start = cho_solve(factors, -dynamics.residual(q, zero, zero, dynamics.forcing(*forcing)))
     stiffness, damping, _ = dynamics.tangents(q, zero, start, held, time, tip, tip_follows)

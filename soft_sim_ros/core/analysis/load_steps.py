@@ -118,14 +118,14 @@ def in_words(judged: Verdict) -> str:
 def newton(question: Question, q: Floats, share: float) -> tuple[Floats | None, float, str]:
     """Return (equilibrium or None, last correction in arm lengths, what went wrong)."""
     dynamics, mask = question.dynamics, question.mask
-    zero = np.zeros(len(q))
+    rates, accelerations = dynamics.guided(question.time)[1:]
     weight = dynamics.model.weight
     size, first = np.inf, np.inf
     q = q.copy()
     own = np.ix_(mask, mask)
     for iteration in range(question.iterations):
         data = dynamics.forcing(*question.forcing(share))
-        residual = dynamics.residual(q, zero, zero, data)
+        residual = dynamics.residual(q, rates, accelerations, data)
         matrix = dynamics.last_tangent((1.0, 0.0, 0.0))
         if not (np.isfinite(residual).all() and np.isfinite(matrix).all()):
             return None, np.inf, "it is not finite"
@@ -136,7 +136,7 @@ def newton(question: Question, q: Floats, share: float) -> tuple[Floats | None, 
         q[mask] -= step
         size = float(np.max(np.abs(step) * weight[mask]))
         if size <= question.tolerance:
-            dynamics.residual(q, zero, zero, data)
+            dynamics.residual(q, rates, accelerations, data)
             status = admissible(dynamics.model, data)
             return (q, size, "") if status == CONVERGED else (None, size, REASONS[status])
         if iteration == 0:

@@ -36,10 +36,14 @@ def modes(
     From the symmetric part of the exact tangent at q; an unstable direction has a negative
     "frequency". Damping and what is not symmetric (follower loads) count in ``complex_modes``.
     """
-    zero = np.zeros(dynamics.n)
-    stiffness, _, mass = dynamics.tangents(q, zero, zero, efforts, time)
-    scale = unit_scale(stiffness, dynamics.law_at_rest, dynamics.model.weight)
-    return real_modes(stiffness, mass, scale)
+    free = dynamics.free
+    matrices = dynamics.tangents(q, *dynamics.guided(time)[1:], efforts, time)
+    stiffness, _, mass = (matrix[np.ix_(free, free)] for matrix in matrices)
+    scale = unit_scale(stiffness, dynamics.law_at_rest[free], dynamics.model.weight[free])
+    omega, own = real_modes(stiffness, mass, scale)
+    shapes = np.zeros((dynamics.n, len(omega)))
+    shapes[free] = own
+    return omega, shapes
 
 
 def frequencies(dynamics: Dynamics, q: Floats | None = None, count: int = 5) -> Floats:
@@ -100,15 +104,18 @@ def complex_modes(
     -----
     K is that of all loads and efforts, so it need not be symmetric: follower loads may lead to
     flutter (a pair with Re s > 0), dead loads to divergence (a real s > 0). Where Re s > 0 is no
-    more than round-off can make it, it is 0.
+    more than round-off can make it, it is 0. Driven joints move as they are told at ``time``, so
+    on a table that turns the modes are those of the arm that turns with it.
     """
-    n = dynamics.n
-    zero = np.zeros(n)
-    stiffness, damping, mass = dynamics.tangents(q, zero, zero, efforts, time, tip, tip_follows)
-    scale = unit_scale(stiffness, dynamics.law_at_rest, dynamics.model.weight)
+    free, guided = dynamics.free, dynamics.guided(time)[1:]
+    matrices = dynamics.tangents(q, *guided, efforts, time, tip, tip_follows)
+    stiffness, damping, mass = (matrix[np.ix_(free, free)] for matrix in matrices)
+    scale = unit_scale(stiffness, dynamics.law_at_rest[free], dynamics.model.weight[free])
     found = small_motions(stiffness, damping, mass, scale)
     kept = found.values.imag >= 0.0
-    values, shapes = found.values[kept].copy(), found.shapes[:, kept]
+    values = found.values[kept].copy()
+    shapes = np.zeros((dynamics.n, len(values)), dtype=complex)
+    shapes[free] = found.shapes[:, kept]
     # growth that is round-off is none
     values.real[~found.growing[kept] & (values.real > 0.0)] = 0.0
     order = np.argsort(np.abs(values), kind="stable")

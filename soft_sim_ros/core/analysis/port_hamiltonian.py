@@ -14,7 +14,7 @@ from scipy.linalg import cho_factor, cho_solve
 from soft_sim_ros.core.arguments import vector
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.mechanics.history import refuse_branches, refuse_tendons
+from soft_sim_ros.core.mechanics.history import refuse_branches, refuse_driven, refuse_tendons
 from soft_sim_ros.scene import Scene
 
 FORM = "the port-Hamiltonian form"
@@ -39,6 +39,7 @@ class PortHamiltonian:
         self.dynamics = scene if isinstance(scene, Dynamics) else Dynamics(scene)
         self.n = self.dynamics.n
         refuse_branches(self.dynamics.compiled.scene, FORM)
+        refuse_driven(self.dynamics.compiled.scene, FORM)
         refuse_tendons(self.dynamics.compiled.scene, FORM)
         self._zero = np.zeros(self.n)
 

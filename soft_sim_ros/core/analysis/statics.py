@@ -36,6 +36,9 @@ def equilibrium(
 ) -> Floats:
     """Return q (n,) with r(q, 0, 0) = 0.
 
+    Driven joints move as they are told at ``time``, all others not: an arm on a table that turns,
+    or on a carriage that accelerates, is at rest relative to it.
+
     Parameters
     ----------
     dynamics : the arm
@@ -82,6 +85,9 @@ def equilibrium(
     mask: NDArray[np.bool_] = np.ones(n, dtype=bool) if free is None else np.asarray(free)
     if mask.shape != (n,) or mask.dtype != bool:
         raise ValueError(f"free must be {n} truth values, not {free!r}")
+    if not dynamics.free.all():
+        mask = mask & dynamics.free
+        state = np.where(dynamics.free, state, dynamics.guided(time)[0])
     if not mask.any():
         return state
     question = Question(

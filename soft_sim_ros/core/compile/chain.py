@@ -79,6 +79,7 @@ class Chain:
         self.joints: dict[str, range] = {}  # coordinates of a joint
         self.charts: list[int] = []  # first coordinates of rotation vectors
         self.free: list[tuple[int, int]] = []  # of free joints: segment that turns it, coordinate
+        self.driven: list[tuple[int, int]] = []  # driven coordinates, and their blocks
         self.ends: dict[str, int] = {}  # last node of every body
         self.branches: list[Branch] = [Branch(0, 0.0)]
         # length in m of the rods and links from the base to every node, all of those that begin
@@ -183,9 +184,11 @@ class Chain:
                 self.add(Segment(0.5, 0.0, np.zeros((2, 6)), entries))
             self.names += joint.coordinates
             self.joints[joint.name] = range(begin, len(self.names))
-        if joint.kind in ("spherical", "free"):
+        if joint.driven:
+            self.driven += [(begin + i, len(self.blocks) - 1) for i in range(len(joint.driven))]
+        elif joint.kind in ("spherical", "free"):
             self.charts.append(begin)
-        if joint.kind == "free":
+        if joint.kind == "free" and not joint.driven:
             self.free.append((self.node - 1, begin))
         self.frames[joint.name] = self.node
 

@@ -11,6 +11,7 @@ from soft_sim_ros.core.quadrature import lobatto
 from soft_sim_ros.scene import Load, PointLoad, Scene
 
 from .chain import Chain
+from .drives import courses, flat_drives
 
 
 def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
@@ -26,7 +27,9 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
             nodes.append(node)
             wrenches.append(share * wrench)
         ptr.append(len(nodes))
-    switches = sorted({t for load in scene.loads for t in load.schedule.switch_times})
+    times = {t for load in scene.loads for t in load.schedule.switch_times}
+    times |= {t for course in courses(scene) for t in course.switches}
+    switches = sorted(times)
     return Loads(
         ptr=ints(ptr),
         node=ints(nodes),
@@ -36,6 +39,7 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
             [(x.schedule.start, x.schedule.end, x.schedule.ramp) for x in scene.loads]
         ).reshape(-1, 3),
         switches=floats(switches),
+        drives=flat_drives(scene, chain),
     )
 
 

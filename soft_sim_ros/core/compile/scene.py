@@ -29,6 +29,7 @@ from soft_sim_ros.scene import (
 )
 
 from .chain import Branch, Chain
+from .drives import refuse_undriven
 from .link import append_link
 from .loads import lump_loads
 from .overflow import refuse_overflow
@@ -119,6 +120,7 @@ def compile_scene(scene: Scene) -> Compiled:
     if scene.numerics.free:
         expected = "numerics that leave nothing free: settle the scene first"
         raise SceneError(scene.file, "numerics", scene.name, expected)
+    refuse_undriven(scene)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         compiled = _compiled(scene)
     refuse_overflow(scene, compiled.model, compiled.loads)
@@ -248,6 +250,7 @@ def _flatten(scene: Scene, chain: Chain) -> Model:
         **flat_ports(scene, chain),
         chart=ints(chain.charts),
         free=ints(chain.carried).reshape(-1, 3),
+        driven=ints(chain.driven).reshape(-1, 2),
         space=Spatial(),
     )
 

@@ -14,6 +14,7 @@ Times are counted from the last jump, so the same motion has the same bits whene
 """
 
 from soft_sim_ros.core.backend.jit import call_stage, call_uphold, kernel, unit
+from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.core.terms.forcing import (
     apply_loads,
     damping_power,
@@ -64,6 +65,8 @@ def adaptive_step(problem, t, h):
         if status != CONVERGED:
             return status
     interpolate(work, state, target)
+    if len(problem.model.driven) > 0:
+        bring(problem.loads.drives, t + h, state.q, state.v)
     clock[SINCE] += 1.0
     return CONVERGED
 

@@ -4,6 +4,7 @@ Switching times of loads are hit exactly, and steps that fail are tried again in
 """
 
 from soft_sim_ros.core.backend.jit import call_step, call_uphold, kernel, unit
+from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.core.terms.forcing import next_switch, switches_at
 
 from .newton import CONVERGED, TOO_FAR
@@ -54,6 +55,8 @@ def fixed_step(problem, t, h):
         if h - done - step < 1e-9 * h:
             step = h - done
         status = call_step(problem.calls[4], problem, here, step)
+        if status == CONVERGED and len(model.driven) > 0:
+            bring(loads.drives, here + step, q, v)
         if status == CONVERGED and too_far(model, work.before[0], q):
             status = TOO_FAR
         if status == CONVERGED:

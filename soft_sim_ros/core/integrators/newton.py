@@ -7,6 +7,7 @@ from soft_sim_ros.core.recursion.elimination import factor, solve
 from soft_sim_ros.core.recursion.momentum import uphold
 from soft_sim_ros.core.recursion.rnea import inverse_dynamics
 from soft_sim_ros.core.recursion.tangent import tangent
+from soft_sim_ros.core.terms.driven import follow_drives, hold_still, leave_out, note_forces
 from soft_sim_ros.core.terms.fibres import lawful
 from soft_sim_ros.core.terms.maxwell import branch_forces, branch_tangent, relax
 
@@ -77,6 +78,7 @@ def solve_stage(problem, cq, cv, goal):
     model, data, work, method = problem.model, problem.data, problem.work, problem.method
     calls = problem.calls
     n = len(work.a)
+    driven = len(model.driven) > 0
     stale = work.key[0] != cq or work.key[1] != cv
     before = 0.0
     refreshed = -1
@@ -84,13 +86,19 @@ def solve_stage(problem, cq, cv, goal):
         for i in range(n):
             work.q[i] = work.start_q[i] + cq * work.a[i]
             work.v[i] = work.start_v[i] + cv * work.a[i]
+        if driven:
+            follow_drives(model, data, work)
         relax(model, work, cq, cv)
         call_residual(calls[0], model, data, work.q, work.v, work.a, work.residual)
         branch_forces(model, work.v, work.residual)
+        if driven:
+            leave_out(model, work.residual)
         work.counters[EVALUATIONS] += 1
         if stale:
             call_tangent(calls[1], model, data, (cq, cv, 1.0), work.system)
             branch_tangent(model, cq, cv, work.system)
+            if driven:
+                hold_still(model, work.system)
             work.counters[FACTORISATIONS] += 1
             work.key[0], work.key[1] = cq, cv
             work.rate[0] = 1.0
@@ -123,7 +131,13 @@ def solve_stage(problem, cq, cv, goal):
             for i in range(n):
                 work.q[i] = work.start_q[i] + cq * work.a[i]
                 work.v[i] = work.start_v[i] + cv * work.a[i]
+            if driven:
+                follow_drives(model, data, work)
             relax(model, work, cq, cv)
+            if driven:  # once more, where Newton's method has come to: the forces that it takes
+                call_residual(calls[0], model, data, work.q, work.v, work.a, work.residual)
+                branch_forces(model, work.v, work.residual)
+                note_forces(model, data, work.residual)
             return admissible(model, data)
         if iteration > 0 and rate > SLOW:
             if refreshed >= 0 and iteration > refreshed + 2 and rate > 2.0:

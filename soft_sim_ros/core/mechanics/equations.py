@@ -19,6 +19,7 @@ from soft_sim_ros.core.model.model import Data, new_data
 from soft_sim_ros.core.recursion.elimination import dense, factor, new_system, solve
 from soft_sim_ros.core.recursion.rnea import inverse_dynamics
 from soft_sim_ros.core.recursion.tangent import tangent
+from soft_sim_ros.core.terms.driven import hold_still, known_motions
 from soft_sim_ros.core.terms.forcing import apply_loads
 from soft_sim_ros.errors import BadArgument
 from soft_sim_ros.scene import Scene
@@ -30,6 +31,10 @@ class Equations:
     Parameters
     ----------
     scene : Scene or Compiled
+
+    Attributes
+    ----------
+    free : (n,) whether a coordinate is free to move; the others are driven
 
     Notes
     -----
@@ -48,6 +53,8 @@ class Equations:
         self._system = new_system(self.model)
         self._zero = np.zeros(self.n)
         self._no_tip = np.zeros(6)
+        self.free = np.ones(self.n, dtype=bool)
+        self.free[self.model.driven[:, 0]] = False
 
     # Copies have scratch of their own; what is compiled never changes and is shared.
 
@@ -126,19 +133,42 @@ class Equations:
     def forward_dynamics(
         self, q: Floats, v: Floats, efforts: Floats | None = None, time: float = 0.0
     ) -> Floats:
-        """Return q̈ (n,), by elimination from tip to base: the cost is linear in the blocks.
+        """Return q̈ (n,), by elimination from tips to base: the cost is linear in the blocks.
+
+        Driven coordinates accelerate as they are told at ``time``.
 
         Raises
         ------
         numpy.linalg.LinAlgError
             if a coordinate moves no mass
         """
-        out = self.inverse_dynamics(q, v, self._zero, efforts, time)
+        told = self.guided(time)[2]
+        out = self.inverse_dynamics(q, v, told, efforts, time)
         tangent(self.model, self._data, (0.0, 0.0, 1.0), self._system)
+        out[~self.free] = 0.0
+        hold_still(self.model, self._system)
         if not factor(self.model, self._system):
             raise np.linalg.LinAlgError("the mass matrix is singular")
         solve(self.model, self._system, out)
-        return -out
+        return np.where(self.free, -out, told)
+
+    def guided(self, time: float = 0.0) -> tuple[Floats, Floats, Floats]:
+        """Return positions, rates and accelerations (n,) of driven coordinates at a time in s.
+
+        All others are zero.
+        """
+        drives, out = self.compiled.loads.drives, np.zeros((3, self.n))
+        told = np.zeros((len(drives.column), 3))
+        known_motions(drives, number("time", time), told)
+        out[:, drives.column] = told.T
+        return out[0], out[1], out[2]
+
+    def drive_forces(
+        self, q: Floats, v: Floats, efforts: Floats | None = None, time: float = 0.0
+    ) -> Floats:
+        """Return the forces (D,) in N·m or N that drives must give in a state, beyond springs."""
+        a = self.forward_dynamics(q, v, efforts, time)
+        return self.inverse_dynamics(q, v, a, efforts, time)[~self.free]
 
     def tangents(
         self,

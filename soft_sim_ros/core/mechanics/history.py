@@ -1,11 +1,11 @@
-"""What gives an arm forces that are not functions of q, q̇ and efforts alone, refused by name."""
+"""What makes forces more than functions of q, q̇ and efforts, refused by name."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from soft_sim_ros.errors import SceneError
-from soft_sim_ros.scene import Material, Rod, Scene, TendonActuator
+from soft_sim_ros.scene import Joint, Material, Rod, Scene, TendonActuator
 
 
 def materials(scene: Scene) -> Iterator[Material]:
@@ -22,6 +22,14 @@ def refuse_branches(scene: Scene, form: str) -> None:
             key = f"materials.{material.name}.maxwell"
             value = f"{{ratio: {material.maxwell.ratio:g}, time: {material.maxwell.time:g}}}"
             raise SceneError(scene.file, key, value, f"no such key in {form}")
+
+
+def refuse_driven(scene: Scene, form: str) -> None:
+    """Refuse driven joints: they move by the clock."""
+    for body in scene.bodies:
+        if isinstance(body, Joint) and body.driven:
+            key, expected = f"bodies.{body.name}.driven", f"no such key in {form}"
+            raise SceneError(scene.file, key, "(a motion)", expected)
 
 
 def refuse_tendons(scene: Scene, form: str) -> None:

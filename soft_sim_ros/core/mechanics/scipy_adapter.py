@@ -50,11 +50,12 @@ class FirstOrder:
         q, v = np.split(y, 2)
         a = self.dynamics.forward_dynamics(q, v, self.efforts, t)
         stiffness, damping, mass = self.dynamics.tangents(q, v, a, self.efforts, t)
-        factors = lu_factor(mass)
+        free = np.flatnonzero(self.dynamics.free)
+        factors = lu_factor(mass[np.ix_(free, free)])
         out = np.zeros((2 * n, 2 * n))
         out[:n, n:] = np.eye(n)
-        out[n:, :n] = -lu_solve(factors, stiffness)
-        out[n:, n:] = -lu_solve(factors, damping)
+        out[n + free, :n] = -lu_solve(factors, stiffness[free])
+        out[n + free, n:] = -lu_solve(factors, damping[free])
         return out
 
 

@@ -94,6 +94,7 @@ class Model(NamedTuple):
     # (F, 3) of every free joint the segment that turns it (the one before shifts), its first
     # coordinate, and the node after the last that it carries
     free: Ints
+    driven: Ints  # (D, 2) coordinates that are told what to do, and their blocks
     space: Space = Spatial()
 
 
@@ -139,6 +140,8 @@ class Data(NamedTuple):
     effort: Floats  # (A,) N·m, N or Pa; m pulled in of a tendon whose length is commanded
     station: Floats  # (P, 2, 4) along tendons with friction (terms/friction.py)
     section: Floats  # (P, 4) K − K₀ and stretch at the stations of hyperelastic sections
+    # (D, 4) of driven coordinates q, q̇, q̈ that they are told, and the force that it takes, N·m or N
+    driven: Floats
 
 
 def new_data(model: Model) -> Data:
@@ -165,21 +168,38 @@ def new_data(model: Model) -> Data:
         effort=np.zeros(actuators),
         station=np.zeros((len(model.tendon_seg) if model.friction.any() else 0, 2, 4)),
         section=np.zeros((len(model.fibres.block), 4)),
+        driven=np.zeros((len(model.driven), 4)),
     )
     data.rotation[0, [0, 4, 8]] = 1.0
     return data
 
 
 @struct
+class Drives(NamedTuple):
+    """What driven coordinates are told, as functions of time: D short programs (terms/driven.py).
+
+    A step of a program is an operation on a stack of numbers, with its operand.
+    """
+
+    column: Ints  # (D,) coordinate
+    ptr: Ints  # (D + 1,) steps of a program
+    operation: Ints
+    operand: Floats
+    table_ptr: Ints  # (K + 1,) rows of a table
+    table: Floats  # (…, 5) time in s from which on a cubic holds, its coefficients, constant first
+
+
+@struct
 class Loads(NamedTuple):
-    """Scheduled loads, lumped to nodes. L loads, P node wrenches."""
+    """Scheduled loads, lumped to nodes, and driven coordinates. L loads, P node wrenches."""
 
     ptr: Ints  # (L + 1,) wrenches of a load
     node: Ints  # (P,)
     wrench: Floats  # (P, 6) moment and force; base frame if dead, section frame if following
     follows: Ints  # (L,) 1: follower, 0: dead
     schedule: Floats  # (L, 3) start, end, ramp in s
-    switches: Floats  # sorted times in s at which a factor jumps or bends
+    switches: Floats  # sorted times in s at which a factor jumps or bends, or a driven acceleration
+    drives: Drives
 
 
 @struct

@@ -46,11 +46,12 @@ def newton(
     dynamics: Dynamics, q: Floats, forcing: Forcing, free: NDArray[np.bool_] | None = None
 ) -> Floats | None:
     """Return the equilibrium (n,) that Newton's method finds from q, or None."""
-    mask = np.ones(dynamics.n, dtype=bool) if free is None else free
-    zero, weight = np.zeros(dynamics.n), dynamics.model.weight[mask]
-    q = q.copy()
+    mask = dynamics.free if free is None else free & dynamics.free
+    told, rates, accelerations = dynamics.guided(forcing.time)
+    weight = dynamics.model.weight[mask]
+    q = np.where(dynamics.free, q, told)
     for _ in range(STEPS):
-        residual = dynamics.residual(q, zero, zero, dynamics.forcing(*forcing))
+        residual = dynamics.residual(q, rates, accelerations, dynamics.forcing(*forcing))
         matrix = dynamics.last_tangent((1.0, 0.0, 0.0))
         try:
             step = np.linalg.solve(matrix[np.ix_(mask, mask)], residual[mask])
@@ -133,10 +134,10 @@ def motion_error(
     if not dynamics.compiled.chain.rods:
         return 0.0
     fine = finer(dynamics)
-    zero = np.zeros(dynamics.n)
-    still = dynamics.residual(q, v, zero, dynamics.forcing(*forcing))
+    free, a = dynamics.free, dynamics.guided(forcing.time)[2]
+    still = dynamics.residual(q, v, a, dynamics.forcing(*forcing))
     mass = dynamics.last_tangent((0.0, 0.0, 1.0))
-    a = -np.linalg.solve(mass, still)
+    a[free] -= np.linalg.solve(mass[np.ix_(free, free)], still[free])
     up, rate, push = prolong(dynamics.compiled, fine.compiled, np.array([q, v, a]))
     moving = dynamics.tip_ways(np.stack([v, a], axis=1), q)[1]
     speed, rise = np.linalg.norm(moving, axis=1).max(axis=0).tolist()
@@ -145,8 +146,9 @@ def motion_error(
     residual = fine.residual(up, rate, push, fine.forcing(*forcing))
     inertia = 1.0 / max(1e-9, lasting) ** 2
     matrix = fine.last_tangent((1.0, 0.0, inertia))
+    found, own = up.copy(), np.ix_(fine.free, fine.free)
     try:
-        found = up - np.linalg.solve(matrix, residual)
+        found[fine.free] -= np.linalg.solve(matrix[own], residual[fine.free])
     except np.linalg.LinAlgError:
         return float("inf")
     way = np.abs(up - found) * fine.model.weight

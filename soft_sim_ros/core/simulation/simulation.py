@@ -39,6 +39,7 @@ from soft_sim_ros.core.integrators.tableaus import method_of
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.mechanics.sampler import Frames, Sampler
 from soft_sim_ros.core.model.model import in_its_plane
+from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.errors import BadArgument, Diverged
 from soft_sim_ros.scene import Scene
 
@@ -107,7 +108,9 @@ class Simulation(Twins):
         # dashpots of Maxwell branches follow the coordinates in all that a step moves
         parts = 2 if len(self.model.branch) else 1
         held = np.diag(self.dynamics.branch_matrix()) > 0.0
-        weight = np.concatenate([self.model.weight, self.model.weight * held])
+        # what is told to a driven coordinate is no matter of Newton's method, nor of its errors
+        own = np.where(self.dynamics.free, self.model.weight, 0.0)
+        weight = np.concatenate([own, own * held])
         stepped = self.model._replace(weight=weight[: parts * self.n_coordinates])
         # steps run in the plane of the motion if there is one; what is read off sees all of space
         stepped = in_its_plane(stepped) if prune else stepped
@@ -179,6 +182,8 @@ class Simulation(Twins):
         parts = len(self._q) // self.n_coordinates if self.n_coordinates else 1
         self._q[:], self._v[:] = np.tile(q, parts), 0.0
         self._v[: self.n_coordinates] = v
+        if not self.dynamics.free.all():
+            bring(self.compiled.loads.drives, self.time, self._q, self._v)
 
     def _forget(self) -> None:
         """Start the solver's memory and the ledger anew from the present state."""

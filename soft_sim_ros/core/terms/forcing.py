@@ -3,6 +3,7 @@
 from soft_sim_ros.core.backend.jit import bare, kernel, unit
 
 from .actuators import actuator_loss
+from .driven import drive_power, known_motions
 from .mass_damping import mass_damping_power
 from .maxwell import branch_power
 
@@ -55,7 +56,7 @@ def inside(t, h, c):
 
 @unit
 def apply_loads(loads, tip, tip_follows, t, share, data):
-    """Fill data.dead and data.follower at time t in s.
+    """Fill data.dead, data.follower and data.driven at time t in s.
 
     Share times the scheduled loads and the tip wrench (6,).
     """
@@ -85,12 +86,14 @@ def apply_loads(loads, tip, tip_follows, t, share, data):
         for p in range(loads.ptr[i], loads.ptr[i + 1]):
             for c in range(6):
                 target[loads.node[p], c] += factor * loads.wrench[p, c]
+    if len(loads.drives.column) > 0:
+        known_motions(loads.drives, t, data.driven)
 
 
 @kernel
 def load_power(model, data):
-    """Return the power in W of all node wrenches but weight, at the last sweep."""
-    total = 0.0
+    """Return the power in W of all node wrenches but weight, and of drives, at the last sweep."""
+    total = drive_power(data)
     if data.active[0] == 0 and data.active[1] == 0:
         return total
     for k in range(data.dead.shape[0]):
