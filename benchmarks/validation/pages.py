@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..table import ROOT, put
+from ..table import ROOT, put, wrapped
 from .bank import LICENCE, SOURCE
 
 Found = dict[str, Any]
@@ -214,7 +214,7 @@ def text(kept: Found) -> str:
     head = ("judged by", "what", "our error", "its own accuracy", "source, licence", "command")
     lines = table(head, [(*row[:5], f"`{row[5]}`") for row in overview(found)])
     lines += sorosim_text(found) + princeton_text(found) + elbow_text(found) + scores_text(found)
-    return "\n".join([*lines, measured_with(kept)])
+    return wrapped([*lines, measured_with(kept)])
 
 
 def short_text(kept: Found) -> str:
