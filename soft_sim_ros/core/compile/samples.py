@@ -18,7 +18,7 @@ from .scene import Compiled
 if TYPE_CHECKING:
     from .link import LinkMap
 
-Place = tuple[int, Segment]  # a node, and the step from it
+Place = tuple[int, Segment]  # a node, and the segment from it to the sample
 
 
 def sample_frames(compiled: Compiled, s: Floats) -> Samples:

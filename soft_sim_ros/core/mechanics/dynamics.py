@@ -87,13 +87,13 @@ class Dynamics(Equations):
 
     @property
     def forces_follow(self) -> bool:
-        """Whether a load that follows the arm acts in the forcing of the last residual."""
+        """Whether a follower load acted in the last residual."""
         return bool(self._data.active[1])
 
     @cached_property
     def law_at_rest(self) -> Floats:
-        """The elastic stiffness (n,) of every coordinate in the reference shape, by itself."""
-        section = self._data.section.copy()  # belongs to the last residual
+        """The diagonal (n,) of the elastic stiffness in the reference shape."""
+        section = self._data.section.copy()  # scratch of the last residual, put back below
         diagonal = np.diag(self.stiffness_matrix()).copy()
         self._data.section[:] = section
         return diagonal
@@ -127,7 +127,7 @@ class Dynamics(Equations):
     def effort_matrix(self, q: Floats, efforts: Floats | None = None) -> Floats:
         """Return the generalised force per unit effort (n, A) at rest.
 
-        The residual is linear in the efforts, so their differences are exact; they are small,
+        The residual is linear in the efforts, so finite differences are exact. They are small,
         because a tendon whose length is commanded may be close to slack.
         """
         level = vector_or_zeros("efforts", efforts, self.actuators)
@@ -236,7 +236,7 @@ class Dynamics(Equations):
         """
         data = self.forcing(share=0.0)
         out = np.zeros((self.n, self.n, self.n))
-        # accelerations that load the arm as much as its own elasticity: neither drowns the other
+        # accelerations whose forces are of the size of the elastic ones, to limit round-off
         law = np.abs(np.diag(self.stiffness_matrix()))
         mass = np.diag(self.mass_matrix(q))
         size = np.where(law > 0.0, law, mass) / mass
@@ -280,12 +280,12 @@ class Dynamics(Equations):
 
         Notes
         -----
-        It is what balances masses and loads beyond the section, hence right whatever the section
-        law: where strains are fixed it is the reaction (A's Lagrange multipliers), at joints it
-        is what the joint bears, effort included, and along a rod it is what section *and* tendons
-        carry together. Nodes are exact at the ends of elements, and converge with the order of
-        the nodes inside. That of a state with a ≠ ``forward_dynamics`` or of no equilibrium is
-        the one the residual forces would help to make.
+        It balances masses and loads beyond the section, so it does not depend on the section law.
+        For fixed strains it contains the reaction (A's Lagrange multipliers), at joints it is the
+        whole wrench of the joint with its effort, and along a rod it is the sum of section *and*
+        tendons. It is exact at the ends of elements and converges with the nodes inside. If
+        (q, v, a) does not solve the equations of motion (a ≠ ``forward_dynamics``, or no
+        equilibrium), the wrench includes the residual forces that the motion would need.
         """
         v, a = (self._zero if x is None else x for x in (v, a))
         data = self.forcing(None, time, 1.0, tip, tip_follows)

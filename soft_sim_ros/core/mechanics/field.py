@@ -1,12 +1,12 @@
 """The equations of the continuum, C (1.9) and (1.20), as residuals: zero along a true motion.
 
 The functions at the top are the equations at a point, for arrays of points (…, 6); nothing of the
-discrete model is in them. ``fields`` reads all that they need off a discrete solution, element by
-element: the frames, twists and accelerations of the nodes, the strain field ξ₀ + Φ q, and the
-wrench that the section law gives for it. Slopes are those of the polynomials through the nodes.
-What is left of the equations is then the error of the discretisation, in both its parts: C (1.9) is
-not met where segments are too long, (1.20) where the basis is too poor, since a Galerkin solution
-balances wrenches only on average.
+discrete model is in them. ``fields`` evaluates a discrete solution for them, element by element:
+the frames, twists and accelerations of the nodes, the strain field ξ₀ + Φ q, and the wrench that
+the section law gives for it. Slopes are those of the polynomials through the nodes. The residuals
+are then the error of the discretisation, in both its parts: C (1.9) is violated where segments are
+too long, (1.20) where the basis is too poor, since a Galerkin solution balances wrenches only on
+average.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def balance_residual(
 
 
 class Field(NamedTuple):
-    """What a discrete solution says along one element, at its N nodes, in section axes.
+    """The fields of a discrete solution at the N nodes of one element, in section axes.
 
     Wrench components of strains that are held fixed are reactions: what balances the masses and
     loads beyond.
@@ -112,7 +112,7 @@ class Field(NamedTuple):
 
 
 class Residuals(NamedTuple):
-    """What is left of C (1.20) at the nodes of an element, (N, 6) each."""
+    """Residuals of C (1.20) at the nodes of an element, (N, 6) each."""
 
     pose: Floats
     twist: Floats
@@ -121,7 +121,7 @@ class Residuals(NamedTuple):
 
 
 def residuals(field: Field) -> Residuals:
-    """Return what is left of all four equations of C (1.20) along an element."""
+    """Return the residuals of all four equations of C (1.20) along an element."""
     d, x, rate, eta = field.slope, field.strain, field.strain_rate, field.twist
     pose_slope = np.tensordot(d, field.pose, axes=1)
     acc = field.acceleration
@@ -184,7 +184,7 @@ def fields(
             strain, strain_rate, strain_acceleration = _strains(element, s, (q, v, a))
             wrench = np.concatenate(
                 [reaction.after[at][:-1], reaction.before[at][-1:]]
-            )  # the limits from inside
+            )  # limits at the ends, taken from inside the element
             law = _law(element, s, strain, strain_rate)
             law += _actuation(dynamics, rod_map.rod.name, element, s, strain, effort)
             wrench[:, active] = law[:, active]
@@ -233,7 +233,7 @@ def _law(element: Element, s: Floats, strain: Floats, strain_rate: Floats) -> Fl
 def _actuation(
     dynamics: Dynamics, rod: str, element: Element, s: Floats, strain: Floats, effort: Floats
 ) -> Floats:
-    """Return what moments, tendons and chambers add to the internal wrench (N, 6)."""
+    """Return the share of moments, tendons and chambers in the internal wrench (N, 6)."""
     out = np.zeros((len(s), 6))
     middle = 0.5 * sum(element.span)
     for size, actuator in zip(effort, dynamics.compiled.scene.actuators, strict=True):
@@ -242,7 +242,7 @@ def _actuation(
                 out[:, STRAINS.index(actuator.strain)] -= size
         elif isinstance(actuator, Routed):
             if isinstance(actuator, ChamberActuator):
-                size = -size * actuator.area  # pressure pushes where a tendon pulls
+                size = -size * actuator.area  # pressure acts as a negative tension
             if stretch := actuator.along(rod, middle):
                 d = stretch.offset(s)
                 along = strain[:, 3:] + np.cross(strain[:, :3], d) + stretch.slope(s)
@@ -273,7 +273,7 @@ def _loads(
 
 
 def _check(scene: Scene) -> None:
-    """Refuse what makes Λ more than a function of ξ, ξ̇ and efforts."""
+    """Refuse scenes whose Λ is not a function of ξ, ξ̇ and efforts only."""
     refuse_branches(scene, FORM)
     refuse_tendons(scene, FORM)
     for material in materials(scene):

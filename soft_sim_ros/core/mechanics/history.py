@@ -1,4 +1,4 @@
-"""What gives an arm forces that are not functions of q, q̇ and efforts alone, refused by name."""
+"""Refuses scenes with forces that are not functions of q, q̇ and efforts only."""
 
 from __future__ import annotations
 

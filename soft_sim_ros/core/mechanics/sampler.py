@@ -19,11 +19,11 @@ ROUNDING = 1e-9  # of the length
 
 
 class Moving(Protocol):
-    """What moves: a simulation."""
+    """A simulation, or anything else with coordinates."""
 
     @property
     def q(self) -> Floats:
-        """Coordinates (n,), read anew at every look."""
+        """Coordinates (n,), read at every call."""
 
 
 class Sampler:
@@ -32,13 +32,13 @@ class Sampler:
     Parameters
     ----------
     compiled : Compiled
-    q : (n,) the coordinates to look at, contiguous doubles, read anew at every call
+    q : (n,) the coordinates to look at, contiguous doubles, read at every call
     s : (N,) arc lengths in m along all rods, base to tip
     of : the simulation whose coordinates these are: a copy or a pickle of both belongs together
 
     Notes
     -----
-    A shallow copy looks at the same coordinates, a deep one at copied ones.
+    A shallow copy reads the same coordinates, a deep copy reads copied ones.
     """
 
     def __init__(self, compiled: Compiled, q: Floats, s: Floats, of: Moving | None = None) -> None:

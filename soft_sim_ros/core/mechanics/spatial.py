@@ -2,16 +2,16 @@
 
 ``recursion/rnea.py`` works in section frames (B's material formulation, (2.26)): twists are carried
 from frame to frame and wrenches carried back. Here every twist, momentum and wrench is taken about
-the origin of the base frame along its axes (the spatial formulation). Nothing has to be carried
-then: twists add up from the base, wrenches add up from the tip, and the balance of a node is that
-of Newton and Euler,
+the origin of the base frame along its axes (the spatial formulation). Then no
+transport between frames is needed: twists add up from the base, wrenches add up from the tip, and
+the balance of a node is that of Newton and Euler,
 
     V_{k+1} = V_k + U_k,  U_k = Ad_{g_k} T(−Ω_k) Ω̇_k,
     F_k = d/dt (I_k V_k) − loads,  S_k = F_k + S_{k+1},
 
 with I = Ad⁻ᵀ 𝓜 Ad⁻¹, which moves: that motion is B's defect of symmetry Z_g(𝓛). The two
 formulations share the model (strains at the Gauss points, lumped inertia, the section law) and the
-exponential map, not the recursion. This one is written to be read and compared, not to be fast.
+exponential map, not the recursion. This one is meant for reading and for comparison, not for speed.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def motion(
     efforts: Floats | None = None,
     time: float = 0.0,
 ) -> SpatialMotion:
-    """Return the motion (q, q̇, q̈) of all nodes in the base frame, and what forces it needs."""
+    """Return the motion (q, q̇, q̈) of all nodes in the base frame, and the forces it needs."""
     model = dynamics.model
     nodes = len(model.inertia)
     pose, twist, rate = np.zeros((nodes, 4, 4)), np.zeros((nodes, 6)), np.zeros((nodes, 6))
@@ -175,8 +175,8 @@ def inverse_dynamics(
 def _internal_forces(dynamics: Dynamics, q: Floats, v: Floats, efforts: Floats | None) -> Floats:
     """Return section law, joint law and actuators (n,).
 
-    Stress and strain turn together when the frame is changed, so their product is one and the same
-    in both formulations.
+    Stress and strain transform together when the frame changes, so their product is the same in
+    both formulations.
     """
     data = dynamics.forcing(efforts, share=1.0)
     data.gravity[:] = 0.0

@@ -1,4 +1,4 @@
-"""Derivatives of segments, four at once: what they add to the Jacobian; geometric stiffness."""
+"""Derivatives of four segments at a time: their Jacobian columns and geometric stiffness."""
 
 import numpy as np
 

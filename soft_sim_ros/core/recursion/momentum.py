@@ -1,10 +1,11 @@
-"""Momentum of the whole chain, and what a step must leave of it where the base is free.
+"""Momentum of the whole chain, kept exactly over a step where the base is free.
 
-The equation of a free base *is* the balance of momentum: what the first six equations of r = 0 say
-is that the momentum map (B, section 2: Ad* of ∂T/∂η₀) changes by weight and loads alone. A method
+The equation of a free base *is* the balance of momentum: the first six equations of r = 0 say that
+the momentum map (B, section 2: Ad* of ∂T/∂η₀) changes by weight and loads only. A method
 in time keeps that balance to its order. Under weight alone it can be kept exactly, since the change
 over a step is known in closed form: the base is given the one shift and the one twist that restore
-it, at the cost of three sweeps. They are of the size of the method's own error, so its order stays.
+it, at the cost of three sweeps. Both are of the size of the method's own error, so it keeps its
+order.
 """
 
 import numpy as np
@@ -91,11 +92,11 @@ def spatial_inertia(model, data, out):
 
 @kernel
 def restore_momentum(model, data, work, h, q, v):
-    """Put the free base where, and give it the twist with which, weight alone has brought it.
+    """Correct position and twist of a free base so that momentum changes by weight alone.
 
-    Its centre of mass then falls as Newton says, and momentum has changed by its impulse alone.
-    work.momentum[0] is that of h in s ago. Nothing is done where other loads act: data.active is
-    that of the step's last stage.
+    The centre of mass then falls freely, and momentum has changed by the impulse of weight.
+    work.momentum[0] is the momentum a step of h in s before. Nothing is done where other loads act:
+    data.active holds the flags of the step's last stage.
     """
     if data.active[0] != 0 or data.active[1] != 0:
         return
@@ -133,16 +134,14 @@ def restore_momentum(model, data, work, h, q, v):
 
 @unit
 def uphold(model, data, work, h, q, v):
-    """See to what the equations leave open, before (h = 0) and after a piece of a step of h in s.
+    """Keep momentum and rotation vectors, before (h = 0) and after a piece of a step of h in s.
 
-    The momentum of a free base, and rotation vectors of less than a full turn. Return whether
-    coordinates were exchanged: the method's memory is then void. Scenes without either never
-    compile or call this.
+    Corrects the momentum of a free base and keeps rotation vectors below a full turn. Returns
+    whether rotation vectors were replaced: the method's history is then void. Scenes without free
+    bases and rotation vectors neither compile nor call this.
     """
     q, v = bare(q), bare(v)
-    free = (
-        len(model.free) > 0 and len(model.mass_damping) == 0
-    )  # mass damping is a force from outside
+    free = len(model.free) > 0 and len(model.mass_damping) == 0  # mass damping is an external force
     if h == 0.0:
         if free:
             momentum(model, data, q, v, work.zero, work.momentum[0])
