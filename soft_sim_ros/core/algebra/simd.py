@@ -1,10 +1,10 @@
 """Four numbers of four segments side by side, in one register.
 
-Most of what a sweep computes of a segment — its exponential, its tangent map, the force dual to
-it — knows nothing of its neighbours. A value of type ``Lanes`` holds one number of four of them,
-and the algebra of dual.py, compiled for it, works on four segments in the instructions of one.
-Every lane has the bits that the same operations on single numbers have, on any processor: vectors
-are cut in pieces where registers are shorter.
+Most of what a sweep computes for a segment (its exponential, its tangent map, the force dual to it)
+does not depend on other segments. A value of type ``Lanes`` holds one number of four of them, and
+the algebra of dual.py, compiled for it, treats four segments with the instructions for one. Every
+lane gives the same bits as single numbers would, on any processor: vectors are split where
+registers are shorter.
 
 Arrays keep a row for every segment. Four rows are read and written in blocks of four by four
 numbers, which are transposed in registers; the last rows are repeated where there are fewer.
@@ -61,7 +61,7 @@ def _splat(builder: Any, number: Any) -> Any:
 
 
 def _vector(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """Return a vector of what is one or a number."""
+    """Return a vector, made from a vector or from one number."""
     if kind is LANES:
         return value
     return _splat(builder, context.cast(builder, value, kind, types.float64))

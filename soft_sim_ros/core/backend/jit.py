@@ -18,7 +18,7 @@ Call = tuple[Any, ...] | None  # a unit and its arguments
 
 _intrinsic: Any = intrinsic
 _options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-# What is inlined is never called from Python, nor by itself: it is not made into machine code.
+# Inlined functions are never called by themselves, so no machine code is made for them.
 _BARE: dict[str, Any] = {
     "forceinline": True,
     "no_cpython_wrapper": True,
@@ -60,7 +60,7 @@ def unit(function: F) -> F:
 
 
 def _not_called(dispatcher: Any) -> Any:
-    """Let a call from Python, for which there is no machine code, fail with an explanation."""
+    """Make a call from Python, for which there is no machine code, fail with an explanation."""
     if isinstance(dispatcher, CPUDispatcher):  # not where NUMBA_DISABLE_JIT is set
         dispatcher.__class__ = _Inlined
     return dispatcher
@@ -70,7 +70,7 @@ class _Inlined(CPUDispatcher):
     """A kernel, to be called by other kernels only."""
 
     def __call__(self, *_arguments: Any, **_names: Any) -> Any:
-        """Refuse: numba would jump to an address that is none."""
+        """Refuse: numba would jump to an invalid address."""
         name = f"{self.py_func.__module__}.{self.py_func.__name__}"
         raise TypeError(f"{name} is inlined in other kernels; Python can call units only")
 

@@ -47,7 +47,7 @@ class LinkMap:
         return self.link.rod.length
 
     def reach(self, beyond: float) -> Floats:
-        """Return (m,) how far in m a unit of each coordinate moves a point ``beyond`` m further on."""
+        """Return (m,) how far in m a unit of each coordinate moves a point ``beyond`` m further."""
         turn, shift = self.modes.fields(np.linspace(0.0, self.length, 3 * FINE))
         far = np.abs(shift).max(axis=(0, 1)) + beyond * np.abs(turn[-1]).max(axis=0)
         return np.maximum(far, self.length * np.abs(turn).max(axis=(0, 1)))

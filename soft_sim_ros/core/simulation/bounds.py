@@ -1,7 +1,7 @@
-"""To what commands are cut where nobody set a limit: the wrench at the tip, and efforts.
+"""Default bounds of commands without limits: the wrench at the tip, and efforts.
 
-A finite number is not yet a sane one: no arm can be asked to follow a push of 1e308 N. So there are
-bounds that no useful command comes near. They follow from the arm alone:
+A finite number need not be a reasonable one, for example a force of 1e308 N. So commands are
+limited to bounds far beyond any useful command. They follow from the arm only:
 
 - force: what stretches its stiffest section by a tenth, but not less than ten times its weight nor
   more than a thousand times;
