@@ -110,8 +110,8 @@ def _one(run: Run, out: Path) -> int:
     if summary["space"] and summary["space"]["error_rel"] is not None:
         error = summary["space"]["error_rel"]
         print(f"estimate of the tip's error in space: {error:.2g} of the length")
-    if doubt := rollout.doubt():
-        warnings.warn(doubt, stacklevel=2)
+    if unresolved := rollout.doubt():
+        warnings.warn(unresolved, stacklevel=2)
     print(f"{kept['recorded']} messages recorded in {kept['directory']}")
     return FAILED if _losses(rollout) else DONE
 

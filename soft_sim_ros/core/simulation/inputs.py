@@ -107,7 +107,7 @@ class Inputs:
             )
         return self._bounded(COMMAND, self._all, values)
 
-    def joint_order(self, names: Sequence[str], efforts: Sequence[float]) -> Order:
+    def joint_order(self, names: Sequence[str], efforts: Sequence[float] | np.ndarray) -> Order:
         """Order for some actuators by name, ``efforts`` (len(names),)."""
         if not names:
             raise CommandError(JOINT_COMMAND, f"no names: expected some of {self._known}", "length")
@@ -139,7 +139,7 @@ class Inputs:
             raise CommandError(JOINT_COMMAND, f"actuator named more than once: {twice}", "twice")
         return np.array([self._index[name] for name in names], dtype=np.intp)
 
-    def wrench_order(self, wrench: Sequence[float], frame: str = WORLD) -> Order:
+    def wrench_order(self, wrench: Sequence[float] | np.ndarray, frame: str = WORLD) -> Order:
         """Order for the tip wrench (6,), moment N·m then force N; "world" dead, "tip" follower."""
         values = numbers(EXTERNAL_WRENCH, wrench)
         if values.shape != (6,):
