@@ -53,11 +53,11 @@ def overview(found: Found) -> list[tuple[str, str, str, str, str, str]]:
             "Exudyn, 16 elements", "the same, their torsion constant", size(worst["exudyn16"]),
             "6e-4: 16 elements", "Exudyn's tests, BSD-3-Clause", COMMAND + "princeton",
         ))  # fmt: skip
-    for row in found.get("bathe", {"rows": []})["rows"]:
-        rows.append((
-            row["name"], f"Bathe's 45° bend, {row['axis']}", size(row["error"]),
-            size(row["own_accuracy"]) + ": digits", row["source"], COMMAND + "bathe",
-        ))  # fmt: skip
+    rows += [
+        (row["name"], f"Bathe's 45° bend, {row['axis']}", size(row["error"]),
+         size(row["own_accuracy"]) + ": digits", row["source"], COMMAND + "bathe")
+        for row in found.get("bathe", {"rows": []})["rows"]
+    ]  # fmt: skip
     for name, title in (("flight", "beam in free flight"), ("elbow", "elbow, 30 s in space")):
         if name in found:
             one = found[name]

@@ -8,6 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
@@ -47,10 +48,8 @@ def in_processes(
             while len(busy) < jobs and (task := next(waiting, None)) is not None:
                 connection, process = idle.pop() if idle else _start(function)
                 busy[connection] = process, task[0]
-                try:
+                with suppress(OSError):  # a dead process is noticed below, by its pipe
                     connection.send(task[1])
-                except OSError:
-                    pass  # it has died: its end of the pipe says so below
             if not busy:
                 return
             for ready in wait(list(busy)):

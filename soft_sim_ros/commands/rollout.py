@@ -131,10 +131,8 @@ def _losses(rollout: Rollout) -> bool:
 
 
 def _batch(runs: list[Run], options: argparse.Namespace) -> int:
-    try:
+    with suppress(SoftSimError):  # the run itself will report it
         warm_up(runs[0].scene())  # compiled here once, not by every process
-    except SoftSimError:
-        pass  # an outcome like any other: the run will say it
     line = Line()
     begin = time.monotonic()
     count: Counter[str] = Counter()

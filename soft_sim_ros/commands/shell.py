@@ -22,7 +22,7 @@ SIGNALLED = 128  # and the number of the signal, as shells have it
 class Main(Protocol):
     """The main function of a verb: command line → exit code."""
 
-    def __call__(self, argv: Sequence[str] | None = None) -> int: ...  # noqa: D102
+    def __call__(self, argv: Sequence[str] | None = None) -> int: ...
 
 
 def verb(main: Main) -> Main:

@@ -70,7 +70,7 @@ def plain_yaml(text: str) -> Any:
                 depth -= 1
             if depth > _DEEPEST:
                 return None
-        return yaml.load(text, Loader=_Loader)  # noqa: S506 - a safe one
+        return yaml.load(text, Loader=_Loader)
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError):
         return None
 

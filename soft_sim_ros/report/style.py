@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -73,7 +74,7 @@ def thin(time: NDArray, values: NDArray, limit: int = 1500) -> tuple[NDArray, ND
         return time, values
     edges = np.linspace(0, len(time), limit // 2 + 1).astype(int)
     kept = {0, len(time) - 1}
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in itertools.pairwise(edges):
         part = values[start:stop]
         if np.isfinite(part).any():
             kept |= {start + int(np.nanargmin(part)), start + int(np.nanargmax(part))}

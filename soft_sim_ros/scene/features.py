@@ -9,6 +9,7 @@ Data that vary gently give no cut at all.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 
 import numpy as np
@@ -43,7 +44,7 @@ def cuts(section: Section) -> tuple[float, ...]:
     if not len(values.T):
         return ()
     found: list[float] = []
-    for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
+    for begin, end in itertools.pairwise(bounds):
         inside = slice(np.searchsorted(x, begin), np.searchsorted(x, end) + 1)
         found += _pieces(x[inside], values[inside], scale)
     if len(found) > MOST_PIECES:

@@ -77,8 +77,12 @@ def test_what_a_recording_says_of_the_bounds_is_what_was_in_force():
     assert (again.moment, again.force) == (found.moment, found.force)
     assert Bounds.recorded(SCENE, {}).force == np.inf, "as before there were any"
     for text in ("[[1]]", "[[NaN, 1], [0, 1]]", '"x"', "{"):
-        with pytest.raises(ValueError):
+        with pytest.raises(ValueError, match="effort_limits"):
             Bounds.recorded(SCENE, {"effort_limits": text})
+    for name in ("moment_limit", "force_limit"):
+        for text in ("x", "nan", "-1", ""):
+            with pytest.raises(ValueError, match=name):
+                Bounds.recorded(SCENE, {name: text})
 
 
 class Stubborn(Simulation):

@@ -105,7 +105,7 @@ def order_of(inputs, lasting=False, *, name, **fields):
 
 
 @pytest.mark.parametrize(
-    "effort, channels, values",
+    ("effort", "channels", "values"),
     [
         ([0.1, 0.2], [0, 1], [0.1, 0.2]),
         ([NAN, 0.2], [1], [0.2]),
@@ -119,7 +119,7 @@ def test_nan_is_no_command_for_that_joint(inputs, effort, channels, values):
 
 
 @pytest.mark.parametrize(
-    "fields, complaint",
+    ("fields", "complaint"),
     [
         ({"name": JOINTS, "effort": [0.1]}, "1 efforts for 2 names"),
         ({"name": JOINTS}, "0 efforts for 2 names"),

@@ -92,7 +92,7 @@ def inverse(g: Floats) -> Floats:
     return out
 
 
-def Ad(g: Floats) -> Floats:  # noqa: N802
+def Ad(g: Floats) -> Floats:
     """Return Ad_g (6, 6): body twist of a frame to the twist in the frame g is given in."""
     r = g[:3, :3]
     out = np.zeros((6, 6))

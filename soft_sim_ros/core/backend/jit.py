@@ -117,7 +117,7 @@ def _call(
 
 
 @_intrinsic
-def bare(context, value):  # noqa: ARG001
+def bare(context, value):
     """Return an array as a view that is not counted.
 
     Numba counts references to an array whenever it is handed on or sliced: hundreds of atomic
@@ -139,48 +139,48 @@ def bare(context, value):  # noqa: ARG001
 
 
 @_intrinsic
-def call_residual(context, where, model, data, q, v, a, r):  # noqa: ARG001
+def call_residual(context, where, model, data, q, v, a, r):
     """Call inverse_dynamics(model, data, q, v, a, r) by address."""
     return _call(numba.types.none, where, (model, data, q, v, a, r))
 
 
 @_intrinsic
-def call_tangent(context, where, model, data, alpha, system):  # noqa: ARG001
+def call_tangent(context, where, model, data, alpha, system):
     """Call tangent(model, data, alpha, system) by address."""
     return _call(numba.types.none, where, (model, data, alpha, system))
 
 
 @_intrinsic
-def call_stage(context, where, problem, cq, cv, goal):  # noqa: ARG001
+def call_stage(context, where, problem, cq, cv, goal):
     """Call solve_stage(problem, cq, cv, goal) by address."""
     return _call(numba.types.intp, where, (problem, cq, cv, goal))
 
 
 @_intrinsic
-def call_step(context, where, problem, t, h):  # noqa: ARG001
+def call_step(context, where, problem, t, h):
     """Call the step(problem, t, h) of a method by address."""
     return _call(numba.types.intp, where, (problem, t, h))
 
 
 @_intrinsic
-def call_uphold(context, where, model, data, work, h, q, v):  # noqa: ARG001
+def call_uphold(context, where, model, data, work, h, q, v):
     """Call uphold(model, data, work, h, q, v) by address."""
     return _call(numba.types.boolean, where, (model, data, work, h, q, v))
 
 
 @_intrinsic
-def call_advance(context, where, problem, step_ns, steps, most):  # noqa: ARG001
+def call_advance(context, where, problem, step_ns, steps, most):
     """Call advance(problem, step_ns, steps, most); the problem is its address as a number."""
     return _call(numba.types.int64, where, (problem, step_ns, steps, most), pointers=1)
 
 
 @_intrinsic
-def call_account(context, where, problem):  # noqa: ARG001
+def call_account(context, where, problem):
     """Call take_stock(problem) by address; the problem is its address as a number."""
     return _call(numba.types.none, where, (problem,), pointers=1)
 
 
 @_intrinsic
-def call_hold(context, where, problem, efforts):  # noqa: ARG001
+def call_hold(context, where, problem, efforts):
     """Call hold(problem, efforts) by address; the problem is its address as a number."""
     return _call(numba.types.boolean, where, (problem, efforts), pointers=1)

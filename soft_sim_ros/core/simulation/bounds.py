@@ -82,15 +82,15 @@ class Bounds:
     def recorded(cls, scene: Scene, facts: dict[str, str]) -> Bounds:
         """Bounds that a recording says were in force; none where it says nothing."""
         plain = cls.none(scene)
-        efforts = np.array(json.loads(facts.get("effort_limits", "null")) or plain.efforts, float)
+        text = facts.get("effort_limits", "null")
+        try:
+            efforts = np.array(json.loads(text) or plain.efforts, float)
+        except (ValueError, TypeError):  # not JSON, or not of numbers
+            efforts = np.empty(0)
         if efforts.shape != plain.efforts.shape or np.isnan(efforts).any():
             shape = f"{len(plain.efforts)} pairs of numbers"
-            raise ValueError(f"effort_limits = {bare(facts['effort_limits'])}: expected {shape}")
-        return cls(
-            efforts,
-            float(facts.get("moment_limit", math.inf)),
-            float(facts.get("force_limit", math.inf)),
-        )
+            raise ValueError(f"effort_limits = {bare(text)}: expected {shape}")
+        return cls(efforts, _limit(facts, "moment_limit"), _limit(facts, "force_limit"))
 
     def facts(self) -> dict[str, str]:
         """Give the bounds as text, for `recorded`."""
@@ -124,3 +124,15 @@ class Bounds:
 def _limits(scene: Scene) -> NDArray[np.float64]:
     limits = np.array([a.limits for a in scene.actuators], dtype=float)
     return limits.reshape(len(scene.actuators), 2)
+
+
+def _limit(facts: dict[str, str], name: str) -> float:
+    """Return a recorded limit; infinite where there is none."""
+    text = facts.get(name, "inf")
+    try:
+        limit = float(text)
+    except ValueError:
+        limit = math.nan
+    if not limit >= 0.0:
+        raise ValueError(f"{name} = {bare(text)}: expected a number, 0 or more")
+    return limit
