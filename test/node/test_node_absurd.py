@@ -10,12 +10,12 @@ from peer import simulator, wait_for
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 
-from soft_sim_ros.commands.rerun import Rerun
 from soft_sim_ros.core.accuracy.watch import WatchedInputs
 from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import Diverged
+from soft_sim_ros.experiments.resimulation import Rerun
 from soft_sim_ros.recording.reader import read_run
 from soft_sim_ros.scene import load_scene, packaged_scenes, parse_scene
 

@@ -25,7 +25,7 @@ resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
 from pathlib import Path
 from soft_sim_ros.batch.programme import read_programme
 from soft_sim_ros.batch.sweep import read_sweep
-from soft_sim_ros.commands.experiment import read_motion
+from soft_sim_ros.experiments.motions import read_motion
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.recording.reader import read_run
 from soft_sim_ros.scene import load_scene
