@@ -110,7 +110,10 @@ def ad(x: Floats) -> Floats:
 
 
 def coad(x: Floats) -> Floats:
-    """Return ad_xᵀ (6, 6): B (3.6), acting on wrenches; (coad(x) Λ)·y = Λ·[x, y]."""
+    """Return ad_xᵀ (6, 6), acting on wrenches: (coad(x) Λ)·y = Λ·[x, y].
+
+    Boyer & Primault 2005 (3.6).
+    """
     return ad(x).T
 
 

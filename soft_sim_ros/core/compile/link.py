@@ -1,12 +1,15 @@
-"""Floating-frame links: rigid motion times linear modes, B (3.23)–(3.36), as segments of the chain.
+"""Floating-frame links, rigid motion times linear modes, as segments of the chain.
+
+Boyer & Primault 2005 (3.23)–(3.36).
 
 The floating frame is that of the link's first section. The link's mass enters the motion only by
 the integrals of (3.31) and (3.33). A few point masses have the same integrals (moments.py); each
 sits at one node of the chain. Such a node stands at X + Φ q in the floating frame, exactly: between
 two nodes lies a segment that only shifts, by the difference of X + Φ q, so positions are linear in
-the modal coordinates as required by B (3.25), (3.26). Rotary inertia has nodes of its own that only
-turn; at the tip one segment turns by the modes' rotation there. Such a link needs nothing else: the
-common recursion yields 𝓙, the bias terms of (3.33) and the couplings of (3.34)–(3.36).
+the modal coordinates as required by Boyer & Primault 2005 (3.25), (3.26). Rotary inertia has nodes
+of its own that only turn; at the tip one segment turns by the modes' rotation there. Such a link
+needs nothing else: the common recursion yields 𝓙, the bias terms of (3.33) and the couplings of
+(3.34)–(3.36).
 """
 
 from __future__ import annotations

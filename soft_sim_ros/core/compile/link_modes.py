@@ -1,4 +1,4 @@
-"""The modes of a floating-frame link, from the link's own data: B (3.26)."""
+"""The modes of a floating-frame link, from the link's own data: Boyer & Primault 2005 (3.26)."""
 
 from __future__ import annotations
 

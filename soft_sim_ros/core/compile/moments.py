@@ -1,10 +1,10 @@
 """A few point masses with the same moments as a distribution of mass.
 
-The mass of a floating-frame link enters its motion only by the integrals of B (3.31), (3.33): those
-of products of two of the functions 1, X, Φ₁ … Φ_m. A quadrature for the span of these functions is
-exact with as many points as there are independent functions besides 1, plus one point where all
-functions vanish. If that one point would carry most of the mass, one more point is used instead; on
-polynomials this is Gauss quadrature.
+The mass of a floating-frame link enters its motion only by the integrals of Boyer & Primault 2005,
+(3.31), (3.33): those of products of two of the functions 1, X, Φ₁ … Φ_m. A quadrature for the span
+of these functions is exact with as many points as there are independent functions besides 1, plus
+one point where all functions vanish. If that one point would carry most of the mass, one more point
+is used instead; on polynomials this is Gauss quadrature.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
-"""The Lagrangian model M q̈ + C q̇ + g + k + R q̇ = τ of C (1.31), as functions of the state.
+"""The Lagrangian model M q̈ + C q̇ + g + k + R q̇ = τ as functions of the state.
 
-Every quantity is exact for the discrete model, that is for its kinetic and potential energy as
+Dynamics of Soft Robots (1.31). Every quantity is exact for the discrete model, that is for its kinetic and potential energy as
 functions of q and q̇.
 """
 
@@ -35,7 +35,9 @@ class Dynamics(Equations):
     """
 
     def reactions(self, q: Floats, v: Floats, a: Floats, time: float = 0.0) -> dict[str, Floats]:
-        """Return the wrench (6,) of every joint on the part after it: B (3.21), (3.34).
+        """Return the wrench (6,) of every joint on the part after it.
+
+        Boyer & Primault 2005 (3.21), (3.34).
 
         Moment and force in the frame after the joint, at its origin, from the balance of that
         part. Along the directions that the joint leaves free it is what motor, spring and damper
@@ -49,7 +51,8 @@ class Dynamics(Equations):
     def momentum(self, q: Floats, v: Floats) -> Floats:
         """Return the momentum map (6,) in world axes.
 
-        Angular momentum about the world's origin in kg·m²/s, momentum in kg·m/s (B, section 2).
+        Angular momentum about the world's origin in kg·m²/s, momentum in kg·m/s (Boyer & Primault
+        2005, section 2).
         """
         found = np.zeros(10)
         state = self.coordinates(q), self.coordinates(v, "v")
@@ -59,14 +62,14 @@ class Dynamics(Equations):
         return np.concatenate([turn @ found[:3] + np.cross(origin, push), push])
 
     def mass_matrix(self, q: Floats) -> Floats:
-        """Return M(q) (n, n) of C (1.32)."""
+        """Return M(q) (n, n) of Dynamics of Soft Robots (1.32)."""
         data = self.forcing()
         self.residual(q, self._zero, self._zero, data)
         matrix = self.last_tangent((0.0, 0.0, 1.0))
         return 0.5 * (matrix + matrix.T)
 
     def elastic_force(self, q: Floats) -> Floats:
-        """Return k(q) = ∂V_elastic/∂q (n,): C (1.35), projected with Φᵀ."""
+        """Return k(q) = ∂V_elastic/∂q (n,): Dynamics of Soft Robots (1.35), projected with Φᵀ."""
         q = self.coordinates(q)
         out = self._law(self.model.stiffness) @ q
         fibre_forces(self.model.fibres, self._data.section, q, out)
@@ -99,7 +102,9 @@ class Dynamics(Equations):
         return diagonal
 
     def damping_matrix(self, q: Floats | None = None) -> Floats:
-        """Return R (n, n) at q, by default the reference shape: C (1.36), projected with Φᵀ.
+        """Return R (n, n) at q, by default the reference shape.
+
+        Dynamics of Soft Robots (1.36), projected with Φᵀ.
 
         It is ∫ Φᵀ Γ Φ ds, joint damping and mass damping Σ Jᵀ D J, which alone depends on q.
         """
@@ -118,7 +123,7 @@ class Dynamics(Equations):
         )
 
     def gravity_force(self, q: Floats) -> Floats:
-        """Return g(q) = ∂V_gravity/∂q (n,): C (1.34)."""
+        """Return g(q) = ∂V_gravity/∂q (n,): Dynamics of Soft Robots (1.34)."""
         data = self.forcing()
         data.active[:] = 0
         data.effort[self.model.length_control[:, 0] != 0.0] = -np.inf  # slack
@@ -213,11 +218,14 @@ class Dynamics(Equations):
         return jacobian, rate
 
     def tip_jacobian(self, q: Floats) -> Floats:
-        """Return the body Jacobian (6, n) of the last node: C (1.25)."""
+        """Return the body Jacobian (6, n) of the last node: Dynamics of Soft Robots (1.25)."""
         return self.jacobians(q, self._zero)[0][-1]
 
     def coriolis_matrix(self, q: Floats, v: Floats) -> Floats:
-        """Return C(q, q̇) (n, n) of C (1.33), with the null term M ad_η that makes Ṁ − 2C skew."""
+        """Return C(q, q̇) (n, n), with the null term M ad_η that makes Ṁ − 2C skew.
+
+        Dynamics of Soft Robots (1.33).
+        """
         v = self.coordinates(v, "v")
         jacobian, rate = self.jacobians(q, v)
         out = np.zeros((self.n, self.n))
@@ -255,8 +263,9 @@ class Dynamics(Equations):
     def christoffel_matrix(self, q: Floats, v: Floats) -> Floats:
         """Return C_ij = Σ_k c_ijk q̇_k (n, n).
 
-        The other Coriolis matrix that makes Ṁ − 2C skew, the one behind C (1.43). It agrees with
-        ``coriolis_matrix`` on q̇, not on other vectors, and costs 2n tangents.
+        The other Coriolis matrix that makes Ṁ − 2C skew, the one behind Dynamics of Soft Robots,
+        (1.43). It agrees with ``coriolis_matrix`` on q̇, not on other vectors, and costs 2n
+        tangents.
         """
         return self.christoffel_symbols(q) @ self.coordinates(v, "v")
 
@@ -270,7 +279,9 @@ class Dynamics(Equations):
         tip: Floats | None = None,
         tip_follows: bool = False,
     ) -> InternalWrench:
-        """Return the internal wrench on both sides of every node: Θ of A (2.1), Λ of C (1.19).
+        """Return the internal wrench on both sides of every node.
+
+        Θ of Curvilinear Systems 2006 (2.1), Λ of Dynamics of Soft Robots (1.19).
 
         Parameters
         ----------
@@ -281,11 +292,11 @@ class Dynamics(Equations):
         Notes
         -----
         It balances masses and loads beyond the section, so it does not depend on the section law.
-        For fixed strains it contains the reaction (A's Lagrange multipliers), at joints it is the
-        whole wrench of the joint with its effort, and along a rod it is the sum of section *and*
-        tendons. It is exact at the ends of elements and converges with the nodes inside. If
-        (q, v, a) does not solve the equations of motion (a ≠ ``forward_dynamics``, or no
-        equilibrium), the wrench includes the residual forces that the motion would need.
+        For fixed strains it contains the reaction (the Lagrange multipliers of Curvilinear Systems
+        2006), at joints it is the whole wrench of the joint with its effort, and along a rod it is
+        the sum of section *and* tendons. It is exact at the ends of elements and converges with the
+        nodes inside. If (q, v, a) does not solve the equations of motion (a ≠ ``forward_dynamics``,
+        or no equilibrium), the wrench includes the residual forces that the motion would need.
         """
         v, a = (self._zero if x is None else x for x in (v, a))
         data = self.forcing(None, time, 1.0, tip, tip_follows)

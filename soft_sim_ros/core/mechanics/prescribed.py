@@ -1,4 +1,6 @@
-"""Inverse dynamics where only some coordinates are driven: B (3.34)–(3.36), at linear cost.
+"""Inverse dynamics where only some coordinates are driven, at linear cost.
+
+Boyer & Primault 2005 (3.34)–(3.36).
 
 For a manipulator with elastic links the motion of the hinges is given and the bending of the links
 follows. So the accelerations of the driven coordinates are inputs; those of the free coordinates

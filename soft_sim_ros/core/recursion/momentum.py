@@ -1,11 +1,11 @@
 """Momentum of the whole chain, kept exactly over a step where the base is free.
 
 The equation of a free base *is* the balance of momentum: the first six equations of r = 0 say that
-the momentum map (B, section 2: Ad* of ∂T/∂η₀) changes by weight and loads only. A method
-in time keeps that balance to its order. Under weight alone it can be kept exactly, since the change
-over a step is known in closed form: the base is given the one shift and the one twist that restore
-it, at the cost of three sweeps. Both are of the size of the method's own error, so it keeps its
-order.
+the momentum map (Boyer & Primault 2005, section 2: Ad* of ∂T/∂η₀) changes by weight and loads only.
+A method in time keeps that balance to its order. Under weight alone it can be kept exactly, since
+the change over a step is known in closed form: the base is given the one shift and the one twist
+that restore it, at the cost of three sweeps. Both are of the size of the method's own error, so it
+keeps its order.
 """
 
 import numpy as np

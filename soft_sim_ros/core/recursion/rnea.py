@@ -5,8 +5,8 @@ returns
 
     r = M(q) q̈ + C(q, q̇) q̇ + g(q) + K q + R q̇ − (loads and actuators),
 
-of C (1.31) with the misprints of (1.35), (1.36) settled by virtual work (k = ∫Φᵀ H Φ q, R = ∫Φᵀ Γ
-Φ).
+of Dynamics of Soft Robots (1.31) with the misprints of (1.35), (1.36) settled by virtual work (k =
+∫Φᵀ H Φ q, R = ∫Φᵀ Γ Φ).
 """
 
 from soft_sim_ros.core.algebra.dual import (
