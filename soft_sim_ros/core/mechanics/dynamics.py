@@ -1,7 +1,7 @@
 """The Lagrangian model M q̈ + C q̇ + g + k + R q̇ = τ as functions of the state.
 
-Dynamics of Soft Robots (1.31). Every quantity is exact for the discrete model, that is for its kinetic and potential energy as
-functions of q and q̇.
+Dynamics of Soft Robots (1.31). Every quantity is exact for the discrete model, that is for its
+kinetic and potential energy as functions of q and q̇.
 """
 
 from __future__ import annotations
