@@ -44,9 +44,9 @@ LOOKS = 20  # at a run whose numerics are not written, at least
 class Rollout:
     """One run of a scene into a recording.
 
-    The state is recorded at the start, then every ``1 / publish_rate`` s (in whole steps), and at the
-    end; a command is taken up at the first step boundary not before its time. Where the scene has a
-    tolerance, a search for what meets it in this very run comes first.
+    The state is recorded at the start, then every ``1 / publish_rate`` s (in whole steps), and at
+    the end; a command is taken up at the first step boundary not before its time. Where the scene
+    has a tolerance, a search for what meets it in this very run comes first.
 
     Parameters
     ----------
