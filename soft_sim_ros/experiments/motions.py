@@ -129,6 +129,10 @@ def read_motion(path: Path) -> tuple[Floats, Floats]:
     tip or ``time,x0,y0,z0,x1,…`` for points equally spaced from base to tip; other columns do not
     count, and an empty cell is something not measured.
 
+    Parameters
+    ----------
+    path : of the file
+
     Raises
     ------
     ProgrammeError
