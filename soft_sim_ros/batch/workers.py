@@ -1,4 +1,4 @@
-"""Processes that are started once and work through a list, whatever becomes of one of them."""
+"""A pool of processes that works through a list of tasks, even if some of them die."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 GRACE = 30.0  # s that a process gets to close its recording
-# One process per core: libraries that start threads of their own would only be in the way.
+# One process per core, so libraries must not start threads of their own.
 ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 
 
@@ -118,7 +118,7 @@ def _work(function: Callable[..., Any], connection: Connection) -> None:
 
 
 def _watch_parent() -> None:
-    """Interrupt the task when the parent dies: nobody would hear its answer. Then end it."""
+    """Interrupt the task when the parent dies, then end the process."""
     parent = multiprocessing.parent_process()
     if parent is None:
         return

@@ -80,7 +80,7 @@ def require_ros(name: str) -> None:
 
 
 class NoRos(SoftSimError):
-    """A verb needs ROS, and there is none.
+    """A verb needs ROS, which is not installed.
 
     Parameters
     ----------

@@ -18,9 +18,9 @@ _ANY, _EACH = 16_384, 1_024
 
 
 class Throttle:
-    """Says a thing at once, and its repetitions, counted, at most once per ``period`` s.
+    """Logs a message at once, and its repetitions, counted, at most once per ``period`` s.
 
-    Things of one kind are repetitions of each other, whatever numbers and names are in them: a
+    Messages of one kind are repetitions of each other, whatever numbers and names are in them: a
     controller that sends a new NaN every millisecond is one complaint, and so is one that sends a
     new name; a wrong name among the NaNs is another.
     """
@@ -42,7 +42,7 @@ class Throttle:
         if kind not in self._due and len(self._due) >= self._MOST:
             self._due = {k: (due, n) for k, (due, n) in self._due.items() if now < due or n}
             if len(self._due) >= self._MOST:
-                kind = ""  # all that is too much shares one
+                kind = ""  # further kinds share one entry
         due, held_back = self._due.get(kind, (now, 0))
         if now < due:
             self._due[kind] = (due, held_back + 1)
@@ -102,7 +102,7 @@ class Gate:
             self._warn(f"{topic}: outside the limits: {which}", f"{topic} cut")
 
     def _read(self, key: str, data: bytes) -> Order:
-        """Read an order; what is too large to be one is not even looked at."""
+        """Read an order; a message that is too large is refused unread."""
         if len(data) > self._largest:
             topic = INPUTS[key][0]
             why = f"a message of {len(data)} bytes: at most {self._largest} are looked at"

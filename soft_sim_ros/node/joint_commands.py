@@ -11,7 +11,7 @@ class Senders:
     Parameters
     ----------
     left : callable
-        Called when nobody is there who could renew a command.
+        Called when no sender is left that could renew a command.
     """
 
     def __init__(self, left: Callable[[], None]):

@@ -11,7 +11,7 @@ from soft_sim_ros.foreign import bare, listed
 from soft_sim_ros.recording.decode import DecodeError, FloatArray, JointState, Wrench, decode
 from soft_sim_ros.recording.topics import INPUTS
 
-SENDER_LEFT = f"sender_left: {JOINT_COMMAND}"  # the event from which on timeouts run
+SENDER_LEFT = f"sender_left: {JOINT_COMMAND}"  # the event at which timeouts start
 
 
 def read_order(
@@ -73,7 +73,7 @@ def joint_message_order(inputs: Inputs, message: JointState, lasting: bool) -> O
     """
     names, values = message.name, np.array(message.effort, dtype=float)
     if not names or (len(values) not in (0, len(names))):
-        return inputs.joint_order(names, values)  # which says what is wrong with it
+        return inputs.joint_order(names, values)  # raises the CommandError
     channels = inputs.channels(names)
     if not len(values):
         if not (len(message.position) or len(message.velocity)):

@@ -1,4 +1,4 @@
-"""How pictures look: one palette, few lines, room to breathe."""
+"""The style of pictures: palette, lines, margins."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DASHES = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 TIME_COLOURS = "viridis"
 INK = "#1d2733"
 FAINT = "#d9dee4"
-_LARGEST = 1e30  # squares of it are still numbers
+_LARGEST = 1e30  # its square is finite
 
 RC: dict[Any, Any] = {
     "axes.axisbelow": True,

@@ -1,4 +1,4 @@
-"""Formulas in s: arithmetic and a few functions, nothing else can be said.
+"""Formulas in s: arithmetic and a few functions, nothing else.
 
 A formula is parsed by Python's own parser and walked node by node; names, calls and operators are
 those listed here. Nothing is ever evaluated by Python itself.

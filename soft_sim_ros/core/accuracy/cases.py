@@ -95,7 +95,7 @@ def _held(dynamics: Dynamics) -> Floats:
 
 
 def _corner(dynamics: Dynamics, signs: Floats, turns: Floats, ways: Floats) -> Floats:
-    """Return efforts (A,) at the limits, or what moves the tip enough where there are none."""
+    """Return efforts (A,) at the limits, or without limits, those that move the tip enough."""
     length = dynamics.compiled.length
     reach = np.maximum(
         np.linalg.norm(turns, axis=0) / TURN, np.linalg.norm(ways, axis=0) / (WAY * length)

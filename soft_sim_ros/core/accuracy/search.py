@@ -62,7 +62,7 @@ class Search:
     ----------
     scene : with a tolerance
     drive : the run to be made; None: a probe
-    say : told in words what is tried
+    say : receives messages about the search
     limit : of the work of all trials
 
     Attributes

@@ -155,7 +155,7 @@ def inputs_of(
 ) -> Inputs:
     """Return inputs with a companion if the scene has a tolerance, with looks otherwise.
 
-    Looks are made where somebody calls their `catch_up`.
+    Checks are made by the caller of `catch_up`.
     """
     if simulation.scene.numerics.tolerance is None:
         if not has_space(simulation):

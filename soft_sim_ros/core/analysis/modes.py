@@ -109,7 +109,7 @@ def complex_modes(
     found = small_motions(stiffness, damping, mass, scale)
     kept = found.values.imag >= 0.0
     values, shapes = found.values[kept].copy(), found.shapes[:, kept]
-    # growth that is round-off is none
+    # growth of the size of round-off counts as zero
     values.real[~found.growing[kept] & (values.real > 0.0)] = 0.0
     order = np.argsort(np.abs(values), kind="stable")
     shapes = shapes[:, order]
