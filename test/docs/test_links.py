@@ -35,3 +35,14 @@ def test_every_page_is_in_the_table_of_contents():
     index = (ROOT / "docs" / "index.md").read_text()
     listed = set(re.findall(r"^([a-z_]+)$", index, re.MULTILINE))
     assert listed == {page.stem for page in (ROOT / "docs").glob("*.md")} - {"index"}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_files_that_are_named_exist(page):
+    rooms = "batch|commands|core|derive|experiments|node|recording|report|scene|viewing"
+    named = re.findall(
+        rf"`(?:soft_sim_ros/)?((?:{rooms}|test|benchmarks|tools|examples)/[\w/]+\.py)\b",
+        page.read_text(),
+    )
+    places = (ROOT, ROOT / "soft_sim_ros")
+    assert [name for name in named if not any((place / name).exists() for place in places)] == []
