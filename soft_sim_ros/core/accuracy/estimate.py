@@ -59,7 +59,7 @@ def hidden_motion(dynamics: Dynamics, q: Floats, step: float) -> tuple[float, fl
         return 0.0, 0.0
     moves = (jacobian @ shapes)[:, hidden] / omega[hidden]
     reach = float(np.sqrt(2.0 * np.linalg.eigvalsh(moves @ moves.T)[-1]))
-    # by modes, in units of the step, so that no mode is lost in the round-off of another
+    # by modes, in units of the step: so no motion is round-off of another
     flow = np.zeros((2 * n, 2 * n))
     flow[:n, n:] = step * np.diag(omega)
     flow[n:, :n] = -flow[:n, n:]

@@ -152,8 +152,7 @@ class Chain:
     def rod(self, rod: Rod, basis: Basis, cuts: set[float], winding: float = 0.0) -> None:
         """Append a rod, cut at section ends, element ends and the arc lengths ``cuts`` in m.
 
-        Where the data of a section change fast, the section is divided into smooth pieces, each
-        with its own elements.
+        Where the data of a section change fast, each piece of it has its elements.
 
         ``winding`` is the largest angle per length in rad/m by which a tendon winds about the rod.
         """

@@ -28,7 +28,7 @@ def weights(chain: Chain, length: float) -> Floats:
     """Return (n,) how far, in arm lengths, a unit of each coordinate may move the tip.
 
     For strains it is ∫ |φ| lever ds, the lever being 1 for stretch and shear and the arc length up
-    to the tip for torsion and bending. Never zero, for any basis.
+    to the tip for torsion and bending. Never zero, whatever the functions of the basis are.
 
     length : of the arm, m
     """

@@ -32,7 +32,7 @@ class Sampler:
     Parameters
     ----------
     compiled : Compiled
-    q : (n,) the coordinates to look at, contiguous doubles, read at every call
+    q : (n,) the coordinates to look at, contiguous doubles, read anew at every call
     s : (N,) arc lengths in m along all rods, base to tip
     of : the simulation whose coordinates these are: a copy or a pickle of both belongs together
 

@@ -1,17 +1,17 @@
 """The same residual once more, in the fixed frame: Boyer & Primault 2005 (2.29), (2.30).
 
-``recursion/rnea.py`` works in section frames (the material formulation, Boyer & Primault 2005,
-(2.26)): twists are carried from frame to frame and wrenches carried back. Here every twist,
-momentum and wrench is taken about the origin of the base frame along its axes (the spatial
-formulation). Then no transport between frames is needed: twists add up from the base, wrenches add
-up from the tip, and the balance of a node is that of Newton and Euler,
+``recursion/rnea.py`` works in section frames (B's material formulation, (2.26)): twists are carried
+from frame to frame and wrenches carried back. Here every twist, momentum and wrench is taken about
+the origin of the base frame along its axes (the spatial formulation). Nothing has to be carried
+then: twists add up from the base, wrenches add up from the tip, and the balance of a node is that
+of Newton and Euler,
 
     V_{k+1} = V_k + U_k,  U_k = Ad_{g_k} T(−Ω_k) Ω̇_k,
     F_k = d/dt (I_k V_k) − loads,  S_k = F_k + S_{k+1},
 
-with I = Ad⁻ᵀ 𝓜 Ad⁻¹, which moves: that motion is the defect of symmetry Z_g(𝓛). The two
+with I = Ad⁻ᵀ 𝓜 Ad⁻¹, which moves: that motion is B's defect of symmetry Z_g(𝓛). The two
 formulations share the model (strains at the Gauss points, lumped inertia, the section law) and the
-exponential map, not the recursion. This one is meant for reading and for comparison, not for speed.
+exponential map, not the recursion. This one is written to be read and compared, not to be fast.
 """
 
 from __future__ import annotations

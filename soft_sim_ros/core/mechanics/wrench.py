@@ -26,8 +26,8 @@ class InternalWrench(NamedTuple):
 
     ``before`` and ``after`` are its limits on both sides of every node of the chain, in the
     node's own frame. They differ where a wrench is concentrated: after − before = the inertial
-    minus the applied wrench there. The ground exerts −before[0] on the arm; before[-1] is the
-    wrench at the tip.
+    minus the applied wrench there. What the ground does to the arm is −before[0], what is held
+    at the tip is before[-1].
 
     s : (N,) arc length of the nodes along all rods in m; joints and rigid bodies have none
     before, after : (N, 6)

@@ -1,4 +1,4 @@
-"""Parts of a chain: segments (steps from node to node), and blocks of segments."""
+"""The two things that a chain is made of: segments, steps from node to node, and blocks of them."""
 
 from __future__ import annotations
 

@@ -7,8 +7,8 @@ half as many in a plane):
     K_ii = D_i,     K_ij = P_iᵀ Q_j  (i after j: force on i by the motion of j),
                     K_ij = J_iᵀ X_j  (i before j: force that j exerts on i).
 
-With the motion passed on towards the tip, s_{i+1} = s_i + Q_i x_i, and the wrench passed on towards
-the base, t_{i-1} = t_i + X_i x_i, elimination from the tip writes t_i = A_i s_{i+1} + b_i: the
+With the motion handed towards the tip, s_{i+1} = s_i + Q_i x_i, and the wrench handed towards the
+base, t_{i-1} = t_i + X_i x_i, elimination from the tip writes t_i = A_i s_{i+1} + b_i: the
 articulated-body idea, on the exact tangent of an implicit step.
 """
 
@@ -138,7 +138,7 @@ def factor_chain(model, system):
     """Eliminate from the tip to the base; return False if a block is singular or not finite."""
     space = model.space
     size = size_of(space)
-    # A_i: wrench passed to the base per unit motion passed to the tip
+    # A_i: wrench handed to the base per unit motion handed to the tip
     a = np.zeros((size, 3 * size))
     for b in range(len(model.block_col) - 2, -1, -1):
         m = model.block_col[b + 1] - model.block_col[b]
@@ -237,7 +237,7 @@ def factor(model, system):
 
 @unit
 def factor_ties(model, system):
-    """Factor the couplings between blocks, after ``factor_chain``; return False if singular."""
+    """Factor what ties blocks together, after ``factor_chain``; return False if it is singular."""
     ties, n = system.left.shape
     for c in range(ties):
         for i in range(n):

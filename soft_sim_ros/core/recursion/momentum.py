@@ -1,11 +1,10 @@
-"""Momentum of the whole chain, kept exactly over a step where the base is free.
+"""Momentum of the whole chain, and what a step must leave of it where the base is free.
 
-The equation of a free base *is* the balance of momentum: the first six equations of r = 0 say that
-the momentum map (Boyer & Primault 2005, section 2: Ad* of ∂T/∂η₀) changes by weight and loads only.
-A method in time keeps that balance to its order. Under weight alone it can be kept exactly, since
-the change over a step is known in closed form: the base is given the one shift and the one twist
-that restore it, at the cost of three sweeps. Both are of the size of the method's own error, so it
-keeps its order.
+The equation of a free base *is* the balance of momentum: what the first six equations of r = 0 say
+is that the momentum map (B, section 2: Ad* of ∂T/∂η₀) changes by weight and loads alone. A method
+in time keeps that balance to its order. Under weight alone it can be kept exactly, since the change
+over a step is known in closed form: the base is given the one shift and the one twist that restore
+it, at the cost of three sweeps. They are of the size of the method's own error, so its order stays.
 """
 
 import numpy as np
@@ -92,11 +91,11 @@ def spatial_inertia(model, data, out):
 
 @kernel
 def restore_momentum(model, data, work, h, q, v):
-    """Correct position and twist of a free base so that momentum changes by weight alone.
+    """Put the free base where, and give it the twist with which, weight alone has brought it.
 
-    The centre of mass then falls freely, and momentum has changed by the impulse of weight.
-    work.momentum[0] is the momentum a step of h in s before. Nothing is done where other loads act:
-    data.active holds the flags of the step's last stage.
+    Its centre of mass then falls as Newton says, and momentum has changed by its impulse alone.
+    work.momentum[0] is that of h in s ago. Nothing is done where other loads act: data.active is
+    that of the step's last stage.
     """
     if data.active[0] != 0 or data.active[1] != 0:
         return
@@ -136,9 +135,9 @@ def restore_momentum(model, data, work, h, q, v):
 def uphold(model, data, work, h, q, v):
     """Keep momentum and rotation vectors, before (h = 0) and after a piece of a step of h in s.
 
-    Corrects the momentum of a free base and keeps rotation vectors below a full turn. Returns
-    whether rotation vectors were replaced: the method's history is then void. Scenes without free
-    bases and rotation vectors neither compile nor call this.
+    The momentum of a free base, and rotation vectors of less than a full turn. Return whether
+    coordinates were exchanged: the method's memory is then void. Scenes without either never
+    compile or call this.
     """
     q, v = bare(q), bare(v)
     free = len(model.free) > 0 and len(model.mass_damping) == 0  # mass damping is an external force

@@ -179,7 +179,7 @@ def node_wrench(model, data, k):
 
 @algebra
 def carry_wrenches(model, data):
-    """Sum wrenches from tip to base: data.wrench becomes the total from a node to the tip."""
+    """Sum up wrenches from tip to base: data.wrench becomes what acts from a node to the tip."""
     space = model.space
     segments = len(model.half)
     wrench = node_wrench(model, data, segments)

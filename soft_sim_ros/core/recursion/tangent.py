@@ -9,7 +9,8 @@ is (docs/theory.md)
     (U δq × Λ)  +  (δU)ᵀ Λ,
     G = İ + h×,  D = turning of dead loads and weight with the section.
 
-A block depends on later blocks only through the sums of I, G, D over their nodes (``tail``).
+Sums of I, G, D over the nodes of later blocks (``tail``) are all that a block needs to know of
+them.
 """
 
 import numpy as np
