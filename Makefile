@@ -10,13 +10,15 @@ IN_ENV := $(VENV)/bin/python
 WORKERS ?= logical
 # the environment of the oldest versions that setup.py allows
 OLDEST ?= .venv-oldest
+# the environment that makes the documentation
+DOCS ?= .venv-docs
 
 # Everything stays on this machine unless the caller says otherwise.
 export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 # A guard of ROS wheels in another environment would keep those of this one from starting up.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: help run test check test-oldest env env-test warm warm-tests lint format bench validate contract stress skip guard realtime clean
+.PHONY: help run test check test-oldest env env-test warm warm-tests lint format bench validate contract stress skip guard realtime docs docs-links clean
 
 help:
 	@echo "make run     simulate, drive, record and replay the default arm: see runs/latest"
@@ -28,6 +30,7 @@ help:
 	@echo "make stress  the stability map: about twelve minutes; make skip: what features cost"
 	@echo "make realtime  times real time, and the node's share of a core"
 	@echo "make guard   whether steps cost more than they did: a minute"
+	@echo "make docs    the documentation site, in build/docs; make docs-links asks other servers"
 	@echo "make env     only the environment, in $(VENV)"
 	@echo "make lint    linter and type checker; make format rewrites the sources"
 	@echo "make clean   remove what was built, but not runs/"
@@ -106,7 +109,21 @@ realtime: warm
 guard: warm
 	@$(IN_ENV) -m benchmarks.guard
 
+# with its own environment: no ROS, and no tool of the tests
+$(DOCS)/ready: setup.py
+	@$(PYTHON) -m venv "$(DOCS)"
+	@"$(DOCS)/bin/python" -m pip install -q --disable-pip-version-check --editable ".[docs]"
+	@touch "$@"
+
+# a link to a page, heading or name that does not exist is an error
+docs: $(DOCS)/ready
+	@"$(DOCS)/bin/python" -m sphinx -q -W --keep-going -b html docs build/docs
+	@echo "build/docs/index.html"
+
+docs-links: $(DOCS)/ready
+	@"$(DOCS)/bin/python" -m sphinx -q -b linkcheck docs build/links
+
 clean:
-	rm -rf "$(VENV)" "$(OLDEST)" build install log dist *.egg-info
+	rm -rf "$(VENV)" "$(OLDEST)" "$(DOCS)" build install log dist *.egg-info
 	rm -rf .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

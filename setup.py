@@ -44,6 +44,8 @@ EXTRAS = {
     "batch": ["distributed>=2023.12,<2027"],
     # scalar equations by computer algebra: the verb `derive`
     "derive": ["sympy>=1.12,<2"],
+    # `make docs`: the documentation site
+    "docs": ["sphinx>=7.2,<9", "myst-parser>=3,<5"],
     "test": [
         "sympy>=1.12,<2",
         "distributed>=2023.12,<2027",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,7 @@ def cost_at(entries: Entries, error: float) -> float | None:
         return None
     if points[0][0] <= error:
         return points[0][1]
-    for (e0, w0), (e1, w1) in zip(points[:-1], points[1:], strict=True):
+    for (e0, w0), (e1, w1) in itertools.pairwise(points):
         if e1 <= error < e0:
             share = np.log(e0 / error) / np.log(e0 / e1)
             return float(np.exp(np.log(w0) + share * np.log(w1 / w0)))

@@ -23,13 +23,13 @@ from .counting import Counted
 
 
 @_intrinsic
-def call_factor(context, where, model, matrix):  # noqa: ARG001
+def call_factor(context, where, model, matrix):
     """Call factor(model, matrix) by address."""
     return _call(numba.types.boolean, where, (model, matrix))
 
 
 @_intrinsic
-def call_solve(context, where, model, matrix, x):  # noqa: ARG001
+def call_solve(context, where, model, matrix, x):
     """Call solve(model, matrix, x) by address."""
     return _call(numba.types.none, where, (model, matrix, x))
 
@@ -70,20 +70,20 @@ def _strains(count, model, data, q, v, a, r):
 
 
 @numba.njit(error_model="numpy")
-def _kinematics(count, model, data, q, v, a, r):  # noqa: ARG001
+def _kinematics(count, model, data, q, v, a, r):
     for _ in range(count):
         rnea.kinematics(model, data)
 
 
 @numba.njit(error_model="numpy")
-def _project(count, model, data, q, v, a, r):  # noqa: ARG001
+def _project(count, model, data, q, v, a, r):
     r = bare(r)
     for _ in range(count):
         rnea.project(model, data, r)
 
 
 @numba.njit(error_model="numpy")
-def _internal(count, model, data, q, v, a, r):  # noqa: ARG001
+def _internal(count, model, data, q, v, a, r):
     q, v, r = bare(q), bare(v), bare(r)
     for _ in range(count):
         rnea.internal_forces(model, q, v, r)
@@ -158,7 +158,7 @@ def _product(a, b, c):
 
 
 @_intrinsic
-def _call_product(context, where, a, b, c):  # noqa: ARG001
+def _call_product(context, where, a, b, c):
     return _call(numba.types.none, where, (a, b, c))
 
 

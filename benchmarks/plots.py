@@ -8,11 +8,11 @@ import matplotlib
 
 matplotlib.use("Agg")
 
-import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.pyplot as plt
 
-from . import fronts  # noqa: E402
-from .cases import CASES  # noqa: E402
-from .reference import RESULTS  # noqa: E402
+from . import fronts
+from .cases import CASES
+from .reference import RESULTS
 
 STYLE = {
     "soft_sim_ros": ("#0072b2", "o", "soft_sim_ros"),

@@ -15,6 +15,7 @@ length, is the agreement reached.
 
 from __future__ import annotations
 
+import itertools
 import sys
 import time
 from functools import cache
@@ -108,7 +109,7 @@ def pieces(case: Case) -> list[tuple[float, float, Any]]:
         return [(k * period, (k + 1) * period, rows[k]) for k in range(count)]
     if case.hub:
         marks = [0.0, case.hub.ramp, case.hub.end - case.hub.ramp, case.hub.end, case.duration]
-        return [(a, b, None) for a, b in zip(marks[:-1], marks[1:], strict=True)]
+        return [(a, b, None) for a, b in itertools.pairwise(marks)]
     return [(0.0, case.duration, None)]
 
 

@@ -97,7 +97,7 @@ def work(jobs: list[Job], run: Callable[[Job], float], on: list[int]) -> None:
         try:
             pin(core)
             drain(theirs, core)
-        except BaseException as failure:  # noqa: BLE001  (raised again in the main thread)
+        except BaseException as failure:
             failures.append(failure)
 
     threads = [threading.Thread(target=other, args=(core,)) for core in on[1:]]
@@ -107,7 +107,7 @@ def work(jobs: list[Job], run: Callable[[Job], float], on: list[int]) -> None:
     try:
         drain(mine, on[0])
         drain(theirs, on[0])
-    except BaseException as failure:  # noqa: BLE001  (raised again when the others have ended)
+    except BaseException as failure:
         failures.append(failure)
     for thread in threads:
         thread.join()

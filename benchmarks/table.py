@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -17,6 +18,15 @@ ERRORS = (1e-3, 1e-5)
 OURS = "soft_sim_ros"
 # the settling arm: error over its length and wall s for its 10 s
 BAR = ("heavy_arm", 1e-4, 0.1)
+
+
+def wrapped(lines: list[str], width: int = 100) -> str:
+    """Return lines as text whose paragraphs, but not tables, are at most this wide."""
+    out = []
+    for line in lines:
+        short = line.startswith("|") or len(line) <= width
+        out += [line] if short else textwrap.wrap(line, width, break_on_hyphens=False)
+    return "\n".join(out)
 
 
 def seconds(value: float | None) -> str:
@@ -148,7 +158,7 @@ def text(entries: fronts.Entries) -> str:
     """Return the tables of the page on benchmarks."""
     lines = [line for error in ERRORS for line in table_at(entries, error)]
     lines += bar_text(entries) + convergence_text() + scaling_text()
-    return "\n".join([*lines, measured_with(entries)])
+    return wrapped([*lines, measured_with(entries)])
 
 
 def short_text(entries: fronts.Entries) -> str:
@@ -170,7 +180,7 @@ def short_text(entries: fronts.Entries) -> str:
                 theirs = nearest(entries, case)
             cells += [seconds(mine), theirs]
         lines.append(f"| {case} | " + " | ".join(cells) + " |")
-    return "\n".join([*lines, "", measured_with(entries)])
+    return wrapped([*lines, "", measured_with(entries)])
 
 
 def nearest(entries: fronts.Entries, case: str) -> str:

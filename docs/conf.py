@@ -3,7 +3,7 @@
 from soft_sim_ros import __version__
 
 project = "soft_sim_ros"
-author = copyright = "soft_sim_ros developers"  # noqa: A001
+author = copyright = "soft_sim_ros developers"
 version = release = __version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
 source_suffix = {".md": "markdown"}

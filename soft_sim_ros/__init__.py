@@ -36,6 +36,12 @@ if TYPE_CHECKING:  # what type checkers see of what follows
     from soft_sim_ros.errors import SceneError as SceneError
     from soft_sim_ros.errors import SoftSimError as SoftSimError
     from soft_sim_ros.errors import SolverError as SolverError
+    from soft_sim_ros.experiments import Comparison as Comparison
+    from soft_sim_ros.experiments import Measured as Measured
+    from soft_sim_ros.experiments import Recorded as Recorded
+    from soft_sim_ros.experiments import identify as identify
+    from soft_sim_ros.experiments import read_motion as read_motion
+    from soft_sim_ros.experiments import rerun as rerun
     from soft_sim_ros.recording.reader import read_run as read_run
     from soft_sim_ros.report import write_report as write_report
     from soft_sim_ros.scene import Scene as Scene
@@ -57,6 +63,10 @@ _HOMES = {
     "core.settled": ("Dynamics", "Simulation"),
     "core.analysis.statics": ("equilibrium",),
     "errors": ("CommandError", "RecordingError", "SceneError", "SoftSimError", "SolverError"),
+    "experiments": (
+        *("Comparison", "Measured", "Recorded"),
+        *("identify", "read_motion", "rerun"),
+    ),
     "recording.reader": ("read_run",),
     "report": ("write_report",),
     "scene": (
@@ -65,7 +75,7 @@ _HOMES = {
     ),
 }
 _HOME = {name: f"{__name__}.{module}" for module, names in _HOMES.items() for name in names}
-__all__ = [  # noqa: PLE0604
+__all__ = [
     "__version__",
     *_HOME,
 ]

@@ -35,7 +35,7 @@ def read_bytes(path: str | Path, most: int) -> bytes:
     OSError
         if it cannot be read
     """
-    # without waiting for somebody to open the other end of a pipe
+    # without waiting for the other end of a pipe
     file = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     try:
         status = os.fstat(file)
@@ -47,7 +47,7 @@ def read_bytes(path: str | Path, most: int) -> bytes:
         parts, size = [], 0
         while part := os.read(file, 1 << 20):
             size += len(part)
-            if size > most:  # it grows, or does not tell its size, as files of /proc
+            if size > most:  # it grows, or has no known size, as files in /proc
                 raise UnfitFile(path, f"has more than {most} bytes", f"at most {most}")
             parts.append(part)
         return b"".join(parts)

@@ -1,7 +1,7 @@
-"""Text that others chose, made fit for one line of a log, an event, a diagnostic or an error.
+"""Foreign text, made safe for one line of a log, an event, a diagnostic or an error.
 
-Names in messages, parameters, files and topics come from whoever can reach this process. Shown as
-they are, a new line fakes a line of the log, an escape sequence drives the terminal, and a name of
+Names in messages, parameters, files and topics come from outside of this process. Printed as they
+are, a new line fakes a line of the log, an escape sequence drives the terminal, and a name of
 a megabyte drowns everything else. So every such text goes through one of these functions.
 """
 

@@ -1,4 +1,4 @@
-"""Where the package's own files lie: in a source tree, a colcon workspace or a pip prefix."""
+"""The folders of the package's own files: in a source tree, a colcon workspace or a pip prefix."""
 
 from __future__ import annotations
 

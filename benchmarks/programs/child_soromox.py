@@ -266,7 +266,7 @@ def run(case, settings, limit, kept):
             kept["step"] *= 0.8
             accuracy = out["step"] = GENTLE * settings["fraction"] * kept["step"]
             wall, cpu, tip = timed(roll, tips, times, accuracy)
-    except Exception as error:  # noqa: BLE001  (whatever diffrax or SoRoMoX raise is the outcome)
+    except Exception as error:
         out["reason"] = str(error).strip().splitlines()[0][:200]
         return out | {"outcome": "refused", "wall_s": None}
     if not within_reach(case, tip):

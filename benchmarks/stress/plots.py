@@ -9,10 +9,10 @@ import matplotlib
 
 matplotlib.use("Agg")
 
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
+import matplotlib.pyplot as plt
+import numpy as np
 
-from .scenes import COMMANDS, SLENDERNESS, STEP, YOUNG  # noqa: E402
+from .scenes import COMMANDS, SLENDERNESS, STEP, YOUNG
 
 SHARES = (
     ("accurate", "#0072b2", "accurate: inside its own estimate, below 0.1 of the length"),

@@ -5,6 +5,7 @@ Geometrically exact elements with two nodes: in the plane for the beam in
 free flight, in space for the elbow.
 """
 
+import itertools
 import json
 import sys
 
@@ -36,7 +37,7 @@ def flying(mbs, job):
         mbs.AddNode(NodeRigidBody2D(referenceCoordinates=[*(start + way * k / n), angle]))
         for k in range(n + 1)
     ]
-    for pair in zip(nodes[:-1], nodes[1:], strict=True):
+    for pair in itertools.pairwise(nodes):
         mbs.AddObject(
             ObjectBeamGeometricallyExact2D(
                 nodeNumbers=list(pair),
@@ -82,7 +83,7 @@ def elbow(mbs, job):
             mbs.AddNode(NodeRigidBodyRotVecLG(referenceCoordinates=[*(place + k * step), *turn]))
             for k in range(n + 1)
         ]
-        for pair in zip(nodes[:-1], nodes[1:], strict=True):
+        for pair in itertools.pairwise(nodes):
             mbs.AddObject(
                 ObjectBeamGeometricallyExact(
                     nodeNumbers=list(pair), length=data["leg"] / n, sectionData=section

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..table import ROOT, put
+from ..table import ROOT, put, wrapped
 from .bank import LICENCE, SOURCE
 
 Found = dict[str, Any]
@@ -53,11 +53,11 @@ def overview(found: Found) -> list[tuple[str, str, str, str, str, str]]:
             "Exudyn, 16 elements", "the same, their torsion constant", size(worst["exudyn16"]),
             "6e-4: 16 elements", "Exudyn's tests, BSD-3-Clause", COMMAND + "princeton",
         ))  # fmt: skip
-    for row in found.get("bathe", {"rows": []})["rows"]:
-        rows.append((
-            row["name"], f"Bathe's 45° bend, {row['axis']}", size(row["error"]),
-            size(row["own_accuracy"]) + ": digits", row["source"], COMMAND + "bathe",
-        ))  # fmt: skip
+    rows += [
+        (row["name"], f"Bathe's 45° bend, {row['axis']}", size(row["error"]),
+         size(row["own_accuracy"]) + ": digits", row["source"], COMMAND + "bathe")
+        for row in found.get("bathe", {"rows": []})["rows"]
+    ]  # fmt: skip
     for name, title in (("flight", "beam in free flight"), ("elbow", "elbow, 30 s in space")):
         if name in found:
             one = found[name]
@@ -214,7 +214,7 @@ def text(kept: Found) -> str:
     head = ("judged by", "what", "our error", "its own accuracy", "source, licence", "command")
     lines = table(head, [(*row[:5], f"`{row[5]}`") for row in overview(found)])
     lines += sorosim_text(found) + princeton_text(found) + elbow_text(found) + scores_text(found)
-    return "\n".join([*lines, measured_with(kept)])
+    return wrapped([*lines, measured_with(kept)])
 
 
 def short_text(kept: Found) -> str:

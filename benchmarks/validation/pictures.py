@@ -8,12 +8,12 @@ import matplotlib
 
 matplotlib.use("Agg")
 
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
+import matplotlib.pyplot as plt
+import numpy as np
 
-from ..reference import RESULTS  # noqa: E402
-from . import vu_quoc  # noqa: E402
-from .bank import LENGTH, Floats, Release  # noqa: E402
+from ..reference import RESULTS
+from . import vu_quoc
+from .bank import LENGTH, Floats, Release
 
 OURS, THEIRS, PRINTED = "#0072b2", "#d55e00", "0.35"
 

@@ -25,8 +25,8 @@ def run_batch(
 ) -> list[dict[str, Any]]:
     """Make the runs that are not made yet; return all results, in the order of ``runs``.
 
-    Every run has a directory of its own in ``out``, named after the digest of all that decides what
-    comes out. One whose directory holds the result of this very run is not made again, so a batch
+    Every run has a directory of its own in ``out``, named after a digest of everything that affects
+    the result. One whose directory holds the result of this very run is not made again, so a batch
     that was killed goes on where it was. What a killed run has recorded is kept beside it, as
     ``NAME.torn-1``, for ``recover``.
 

@@ -1,4 +1,4 @@
-"""The same over many machines, through Dask."""
+"""Runs of a batch on many machines, by Dask."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LOCAL = "local"
 
 
 class NoDask(SoftSimError):
-    """Dask was asked for, and there is none, or no scheduler at that address."""
+    """Dask is not installed, or no scheduler answers at the address."""
 
     def __init__(self, why: str) -> None:
         super().__init__(why)

@@ -44,9 +44,9 @@ LOOKS = 20  # at a run whose numerics are not written, at least
 class Rollout:
     """One run of a scene into a recording.
 
-    The state is recorded at the start, then every ``publish_rate``⁻¹ s (in whole steps), and at the
-    end; a command is taken up at the first step boundary not before its time. Where the scene has a
-    tolerance, a search for what meets it in this very run comes first.
+    The state is recorded at the start, then every ``1 / publish_rate`` s (in whole steps), and at
+    the end; a command is taken up at the first step boundary not before its time. Where the scene
+    has a tolerance, a search for what meets it in this very run comes first.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Rollout:
     duration : of the run to come, in s; asked for by a tolerance only
     space : whether the tip's error in space is estimated: by a finer companion where the scene has
         numerics, by looks at instants where it has none; not with a tolerance, which covers it
-    say : told in words what is tried to meet a tolerance
+    say : receives messages about the search for a tolerance
 
     Raises
     ------
@@ -157,7 +157,9 @@ class Rollout:
             self._ended_by = "duration"
         except SolverError as error:
             self._ended_by = f"diverged: {error}"
-            self._event(self._ended_by)  # first: the inputs that broke the step are in force now
+            self._event(
+                self._ended_by
+            )  # before withdrawal, while the inputs of the failed step are in force
             self._emit()
             raise
         except KeyboardInterrupt as ending:
@@ -259,7 +261,7 @@ class Rollout:
         return as_json(inputs.space()) if isinstance(inputs, SpaceInputs) else None
 
     def doubt(self) -> NotResolved | None:
-        """Return the warning that the run deserves because its basis is too coarse, if it does."""
+        """Return a warning if the basis was too coarse for the run."""
         inputs = self._inputs
         if not isinstance(inputs, SpaceInputs) or not inputs.coarse:
             return None

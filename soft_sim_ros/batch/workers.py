@@ -1,4 +1,4 @@
-"""Processes that are started once and work through a list, whatever becomes of one of them."""
+"""A pool of processes that works through a list of tasks, even if some of them die."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
 GRACE = 30.0  # s that a process gets to close its recording
-# One process per core: libraries that start threads of their own would only be in the way.
+# One process per core, so libraries must not start threads of their own.
 ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 
 
@@ -47,10 +48,8 @@ def in_processes(
             while len(busy) < jobs and (task := next(waiting, None)) is not None:
                 connection, process = idle.pop() if idle else _start(function)
                 busy[connection] = process, task[0]
-                try:
+                with suppress(OSError):  # a dead process is noticed below, by its pipe
                     connection.send(task[1])
-                except OSError:
-                    pass  # it has died: its end of the pipe says so below
             if not busy:
                 return
             for ready in wait(list(busy)):
@@ -119,7 +118,7 @@ def _work(function: Callable[..., Any], connection: Connection) -> None:
 
 
 def _watch_parent() -> None:
-    """Interrupt the task when the parent dies: nobody would hear its answer. Then end it."""
+    """Interrupt the task when the parent dies, then end the process."""
     parent = multiprocessing.parent_process()
     if parent is None:
         return

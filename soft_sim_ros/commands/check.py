@@ -50,10 +50,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(line)
     for warning in doubts(scene):  # first: they may explain why the rest fails
         print(f"warning: {warning}")
-    line = Line()
+    progress = Line()
     with compiling():
-        chosen = settled(scene, line.show)
-        line.clear()
+        chosen = settled(scene, progress.show)
+        progress.clear()
         simulation = Simulation(chosen)
         q, state = rest(simulation)
         lines = [*numbers(simulation, q, state), *accuracy(scene, simulation, q, state)]

@@ -41,7 +41,7 @@ class Child:
 
     Parameters
     ----------
-    name : what it is for, in words
+    name : description of its purpose
     module : of the module
     arguments : of its command line
     """

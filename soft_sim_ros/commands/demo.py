@@ -15,9 +15,9 @@ import numpy as np
 
 from soft_sim_ros.commands.child import child
 from soft_sim_ros.commands.progress import Line
-from soft_sim_ros.commands.rerun import Comparison, Rerun
 from soft_sim_ros.commands.shell import DONE, FAILED, require_ros, verb
 from soft_sim_ros.commands.warm_up import warm_up
+from soft_sim_ros.experiments.resimulation import Comparison, recorded_scene, rerun
 from soft_sim_ros.files import write_whole
 from soft_sim_ros.recording.reader import Run, read_run
 from soft_sim_ros.report import picture, write_report
@@ -146,9 +146,10 @@ def _both(lines: Iterator[str], line: Line) -> Iterator[str]:
 
 def simulate_again(run: Run) -> Comparison:
     """Simulate the recorded commands without ROS and compare."""
+    warm_up(recorded_scene(run))
     line = Line()
-    comparison = Rerun(run).compare(
-        lambda t: line.show(f"simulating again: t = {t:.1f} of {run.end:.1f} s")
+    comparison = rerun(
+        run, progress=lambda t: line.show(f"simulating again: t = {t:.1f} of {run.end:.1f} s")
     )
     line.clear()
     return comparison

@@ -41,12 +41,12 @@ def at_rest(scene: Scene, orders: Sequence[str] = ()) -> Simulation:
         if there is no equilibrium
     """
     names, values = [], []
-    for order in orders:
-        name, _, text = order.partition("=")
+    for given in orders:
+        name, _, text = given.partition("=")
         try:
             values.append(float(text))
         except ValueError:
-            raise CommandError("efforts", f"{order!r}: expected NAME=NUMBER") from None
+            raise CommandError("efforts", f"{given!r}: expected NAME=NUMBER") from None
         names.append(name)
     at_reference = replace(scene, initial=replace(scene.initial, state="reference"))
     if names:

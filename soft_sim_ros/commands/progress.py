@@ -1,4 +1,4 @@
-"""Lines that tell a waiting person what is going on."""
+"""Progress lines."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Line:
             self._shown = ""
 
     def _write(self, text: str) -> None:
-        """Write, unless the terminal is gone: nobody looks on, and the work goes on."""
+        """Write, unless the terminal is gone; the work goes on without it."""
         try:
             self._stream.write(text)
             self._stream.flush()

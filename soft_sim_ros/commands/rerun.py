@@ -3,222 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from pathlib import Path
-
-import numpy as np
 
 from soft_sim_ros.commands.progress import Line
 from soft_sim_ros.commands.shell import DONE, FAILED, verb
 from soft_sim_ros.commands.warm_up import warm_up
-from soft_sim_ros.core.settled import Simulation
-from soft_sim_ros.core.simulation.bounds import Bounds
-from soft_sim_ros.core.simulation.inputs import Inputs
-from soft_sim_ros.errors import RecordingError
+from soft_sim_ros.experiments.resimulation import Comparison, recorded_scene, rerun
 from soft_sim_ros.foreign import printable
-from soft_sim_ros.node.commands import read_order
-from soft_sim_ros.node.joint_commands import SENDER_LEFT
-from soft_sim_ros.recording.claims import facts, machine
-from soft_sim_ros.recording.decode import stack
-from soft_sim_ros.recording.machine import machine_facts
-from soft_sim_ros.recording.reader import LoggedMessage, Run, read_run
-from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import ALL, INPUTS, resolve
-from soft_sim_ros.scene import Scene, parse_scene
-
-# Facts of the machine on which the last bits of a result may depend.
-DECISIVE = (
-    "soft_sim_ros", "processor", "architecture", "python", "numpy", "scipy", "numba", "llvmlite",
-)  # fmt: skip
-
-LONGEST_GAP = 86_400  # s without a message: more is no recording of a run
-
-# What a re-simulation needs to know beside the scene.
-FACTS = ("node", "poses", "frame_id", "command_timeout", "command_ramp")
-
-
-@dataclass
-class Comparison:
-    """How far a second simulation is from a recording.
-
-    Parameters
-    ----------
-    messages : number of messages compared
-    different : number of them with any bit different
-    first : time in s and topic of the first different one
-    largest : largest absolute difference of two numbers, by topic, in the units of the topic
-    facts : decisive facts that differ, as (name, recorded, here)
-    """
-
-    messages: int = 0
-    different: int = 0
-    first: tuple[float, str] | None = None
-    largest: dict[str, float] = field(default_factory=dict)
-    facts: list[tuple[str, str, str]] = field(default_factory=list)
-
-    @property
-    def identical(self) -> bool:
-        """Whether there is something to compare, and not a bit of it differs."""
-        return self.messages > 0 and self.different == 0
-
-    @property
-    def difference(self) -> float:
-        """Largest difference of all topics."""
-        return max(self.largest.values(), default=0.0)
-
-
-class Rerun:
-    """The recorded scene, driven by what the recording says came in.
-
-    Parameters
-    ----------
-    run : the recording
-    scene : another scene to drive with the same inputs; the recorded one by default
-
-    Attributes
-    ----------
-    simulation : the arm that is driven
-    topics : name of a topic → its key, such as ``backbone``
-    """
-
-    def __init__(self, run: Run, scene: Scene | None = None) -> None:
-        self._run = run
-        recorded = recorded_scene(run) if scene is None else scene
-        known = facts(run.path, run.metadata)
-        if scene is None:
-            warm_up(recorded)
-        self.simulation = Simulation(recorded)
-        self._inputs = Inputs(
-            self.simulation,
-            known.command_timeout,
-            known.command_ramp,
-            recorded_bounds(run, recorded),
-        )
-        self._frame_id, node = known.frame_id, known.node
-        self._lasting = known.joint_command_hold
-        self._telemetry = Telemetry(self.simulation, known.poses, self._frame_id, node)
-        self._builders = {t.name: getattr(self._telemetry, t.key) for t in self._telemetry.topics}
-        self.topics = {resolve(name, node): key for key, (name, _, _) in ALL.items()}
-
-    def compare(self, progress: Callable[[float], None] = lambda t: None) -> Comparison:
-        """Go through the recording in its order and compare every state in it."""
-        result = Comparison(facts=different_facts(self._run))
-        result.largest = dict.fromkeys(self._builders, 0.0)
-        for message in self.states():
-            self._compare(message, result)
-            progress(self.simulation.time)
-        return result
-
-    def states(self) -> Iterator[LoggedMessage]:
-        """Yield every recorded state when the simulation has come to its time, driven alike."""
-        for message in self._run.messages():
-            self._advance_to(message)
-            key = self.topics.get(message.topic)
-            if message.topic in self._builders:
-                yield message
-            elif key in INPUTS:
-                data = message.data
-                self._inputs.take(
-                    read_order(self._inputs, key, data, self._frame_id, self._lasting)
-                )
-            elif key == "events":
-                text = _text(message)
-                if text == "reset":
-                    self._inputs.reset()
-                elif text == SENDER_LEFT:
-                    if order := self._inputs.released():
-                        self._inputs.take(order)
-                elif text.startswith("diverged"):
-                    self._inputs.update()  # the step that failed had the inputs of its start
-                elif text.startswith("withdrawn"):
-                    self._inputs.update()
-                    self._inputs.withdraw()
-
-    def _advance_to(self, message: LoggedMessage) -> None:
-        steps, rest = divmod(message.time_ns - self.simulation.time_ns, self.simulation.step_ns)
-        if rest or steps < 0:
-            raise RecordingError(
-                self._run.path,
-                f"{message.topic} has a message at t = {message.time_ns / 1e9:.9f} s, where no "
-                f"step of {self.simulation.step_ns / 1e9:g} s begins after "
-                f"t = {self.simulation.time:.9f} s",
-            )
-        if steps * self.simulation.step_ns > LONGEST_GAP * 1_000_000_000:
-            gap = f"t = {self.simulation.time:.9g} s and t = {message.time_ns / 1e9:.9g} s"
-            reason = f"holds nothing between {gap}: expected at most {LONGEST_GAP} s"
-            raise RecordingError(self._run.path, reason)
-        self._inputs.advance(steps)
-
-    def _compare(self, message: LoggedMessage, result: Comparison) -> None:
-        result.messages += 1
-        built = self._builders[message.topic]()
-        if built == message.data:
-            return
-        result.different += 1
-        result.first = result.first or (message.time_ns / 1e9, message.topic)
-        largest = max(result.largest[message.topic], _distance(message, built))
-        result.largest[message.topic] = largest
-
-
-def recorded_scene(run: Run) -> Scene:
-    """Return the scene of a recording that has all that a re-simulation needs.
-
-    Raises
-    ------
-    RecordingError
-        if it lacks something
-    """
-    source = run.scene_text
-    missing = [key for key in FACTS if key not in run.metadata]
-    if source is None or missing:
-        lacks = ", ".join((["its scene"] if source is None else []) + missing)
-        raise RecordingError(run.path, f"cannot be simulated again: it lacks {lacks}")
-    return parse_scene(source, f"{run.path}/scene.yaml")
-
-
-def recorded_bounds(run: Run, scene: Scene) -> Bounds:
-    """Return the bounds of commands that a recording was made with.
-
-    Raises
-    ------
-    RecordingError
-        if they are damaged
-    """
-    try:
-        return Bounds.recorded(scene, run.metadata)
-    except ValueError as error:
-        raise RecordingError(run.path, f"bounds of commands: {error}") from error
-
-
-def different_facts(run: Run) -> list[tuple[str, str, str]]:
-    """Decisive facts in which the recording's machine and this one differ."""
-    recorded = machine(run.path, run.attachments)
-    here = machine_facts()
-    return [
-        (name, recorded.get(name, "unknown"), here.get(name, "unknown"))
-        for name in DECISIVE
-        if recorded.get(name) != here.get(name)
-    ]
-
-
-def _text(message: LoggedMessage) -> str:
-    return stack(message.type, [message.data]).texts[0]
-
-
-def _distance(message: LoggedMessage, built: bytes) -> float:
-    """Largest difference of the numbers of two messages; infinite if they differ in kind."""
-    one, other = stack(message.type, [message.data]), stack(message.type, [built])
-    alike = one.texts == other.texts and one.frame_id == other.frame_id
-    alike = alike and np.array_equal(one.stamps_ns, other.stamps_ns)
-    if not alike or any(a.shape != b.shape for a, b in zip(one.blocks, other.blocks, strict=True)):
-        return float("inf")
-    with np.errstate(invalid="ignore", over="ignore"):  # what no number is far from any
-        gaps = [
-            float(np.nan_to_num(np.abs(a - b), nan=np.inf).max(initial=0.0))
-            for a, b in zip(one.blocks, other.blocks, strict=True)
-        ]
-    return max(gaps, default=0.0)
+from soft_sim_ros.recording.reader import read_run
 
 
 @verb
@@ -236,9 +29,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     options = parser.parse_args(argv)
     run = read_run(options.recording)
+    warm_up(recorded_scene(run))
     line = Line()
-    rerun = Rerun(run)
-    comparison = rerun.compare(lambda t: line.show(f"t = {t:.2f} of {run.end:.2f} s"))
+    comparison = rerun(run, progress=lambda t: line.show(f"t = {t:.2f} of {run.end:.2f} s"))
     line.clear()
     return tell(comparison, options.tolerance)
 

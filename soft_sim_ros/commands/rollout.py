@@ -110,8 +110,8 @@ def _one(run: Run, out: Path) -> int:
     if summary["space"] and summary["space"]["error_rel"] is not None:
         error = summary["space"]["error_rel"]
         print(f"estimate of the tip's error in space: {error:.2g} of the length")
-    if doubt := rollout.doubt():
-        warnings.warn(doubt, stacklevel=2)
+    if unresolved := rollout.doubt():
+        warnings.warn(unresolved, stacklevel=2)
     print(f"{kept['recorded']} messages recorded in {kept['directory']}")
     return FAILED if _losses(rollout) else DONE
 
@@ -131,10 +131,8 @@ def _losses(rollout: Rollout) -> bool:
 
 
 def _batch(runs: list[Run], options: argparse.Namespace) -> int:
-    try:
+    with suppress(SoftSimError):  # the run itself will report it
         warm_up(runs[0].scene())  # compiled here once, not by every process
-    except SoftSimError:
-        pass  # an outcome like any other: the run will say it
     line = Line()
     begin = time.monotonic()
     count: Counter[str] = Counter()

@@ -7,8 +7,9 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
+from typing import Protocol, TextIO
 
 from soft_sim_ros.endings import Ended, endings
 from soft_sim_ros.errors import SoftSimError, SolverError
@@ -17,7 +18,11 @@ from soft_sim_ros.foreign import printable
 DONE, FAILED, BAD_INPUT = 0, 1, 2
 SIGNALLED = 128  # and the number of the signal, as shells have it
 
-Main = Callable[[Sequence[str] | None], int]
+
+class Main(Protocol):
+    """The main function of a verb: command line → exit code."""
+
+    def __call__(self, argv: Sequence[str] | None = None) -> int: ...
 
 
 def verb(main: Main) -> Main:
@@ -53,8 +58,15 @@ def verb(main: Main) -> Main:
     return wrapped
 
 
-def _show_warning(message: Warning | str, *_: object) -> None:
-    """Show a warning as a line for users: where in the code it arose is nothing to them."""
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """Show a warning as one line for users, without its place in the code."""
     with suppress(OSError):  # the terminal may be gone
         print(f"warning: {printable(str(message))}", file=sys.stderr, flush=True)
 
@@ -68,7 +80,7 @@ def require_ros(name: str) -> None:
 
 
 class NoRos(SoftSimError):
-    """A verb needs ROS, and there is none.
+    """A verb needs ROS, which is not installed.
 
     Parameters
     ----------

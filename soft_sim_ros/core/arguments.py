@@ -76,7 +76,7 @@ def number(
     Raises
     ------
     BadArgument
-        if it is none
+        if it is not
     """
     if isinstance(value, float) and low <= value < np.inf and value != -np.inf:
         return float(value)
@@ -92,7 +92,7 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
     Raises
     ------
     BadArgument
-        if it is none, or not in [least, most]
+        if it is not, or is outside of [least, most]
     """
     if not isinstance(value, bool | np.bool_):
         try:

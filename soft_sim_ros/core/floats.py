@@ -1,4 +1,4 @@
-"""The arrays that everything here is made of."""
+"""Array types."""
 
 import numpy as np
 from numpy.typing import NDArray

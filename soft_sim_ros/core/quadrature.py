@@ -46,11 +46,10 @@ def derivative(x: Floats) -> Floats:
 
 
 def scattered(begin: float, end: float, count: int = 101) -> Floats:
-    """Return rising places (count,) from begin to end, both included, with no even spacing.
+    """Return unevenly spaced, ascending points (count,) from begin to end, both included.
 
-    To look at a function of which nothing is known. Evenly spaced places may all be zeros of a
-    wave; these are fractions of multiples of the golden ratio, drawn out to one side, which no wave
-    has as its zeros.
+    They sample an unknown function. Evenly spaced points may all be zeros of a wave; these are
+    fractional parts of multiples of the golden ratio, stretched to one side, which avoids that.
     """
     even = np.sort(np.arange(1, count - 1) * (0.5 * (np.sqrt(5.0) - 1.0)) % 1.0)
     inner = 0.8 * even + 0.2 * even**2

@@ -1,4 +1,6 @@
-"""Scalar equations of motion of a Cosserat rod by computer algebra: A, end of section 4.
+"""Scalar equations of motion of a Cosserat rod by computer algebra.
+
+Curvilinear Systems 2006, end of section 4.
 
 Needs SymPy, the extra ``derive``.
 """

@@ -1,4 +1,6 @@
-"""The program of A §4: from a rotation sequence and a reference curve to six scalar equations.
+"""From a rotation sequence and a reference curve to six scalar equations.
+
+This is the program of Curvilinear Systems 2006, section 4.
 
 The section's frame is g = g_r D with D = exp(u) exp(ψ₁ρ¹) exp(ψ₂ρ²) exp(ψ₃ρ³), u = (x, y, z) in the
 axes of the reference frame g_r(σ). Only adjoint actions are needed: with w = σ or t, ω_σ = ξ₀ and
@@ -51,7 +53,10 @@ def ad(x: Matrix) -> Matrix:
 
 
 def rotation(axis: str, angle: Expr) -> Matrix:
-    """Return the rotation by an angle about a coordinate axis: Λ₂, Λ₃, Λ₄ of A, item 4."""
+    """Return the rotation by an angle about a coordinate axis.
+
+    Λ₂, Λ₃, Λ₄ of Curvilinear Systems 2006, section 4, item 4.
+    """
     i = AXES.index(axis)
     j, k = (i + 1) % 3, (i + 2) % 3
     out = sympy.eye(3)

@@ -40,9 +40,11 @@ def as_text(derivation: Derivation) -> str:
 
 def as_latex(derivation: Derivation) -> str:
     """Return the six equations as a LaTeX align environment: primes and dots, c_i and s_i."""
-    rows = []
-    for entry in derivation.equations:
-        rows.append("0 &= " + sympy.latex(_short(entry), symbol_names=_latex_names(), order="none"))
+    names = _latex_names()
+    rows = [
+        "0 &= " + sympy.latex(_short(entry), symbol_names=names, order="none")
+        for entry in derivation.equations
+    ]
     note = "% c_i = cos psi_i, s_i = sin psi_i; moments first, in the section's axes"
     body = " \\\\\n".join(rows)
     return f"% {_head(derivation)}\n{note}\n\\begin{{align}}\n{body}\n\\end{{align}}\n"

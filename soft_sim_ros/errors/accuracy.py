@@ -1,4 +1,4 @@
-"""What is not as accurate as it should be."""
+"""Errors and warnings about accuracy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class ToleranceMissed(SoftSimError):
     ----------
     file : of the scene
     tolerance, estimate : of the tip's error, over the arm's length
-    finest : the choice that meets it for the longest time, in words
+    finest : description of the choice that meets it for the longest time
     holds : simulated time in s up to which it does
     """
 
@@ -24,7 +24,7 @@ class ToleranceMissed(SoftSimError):
         self.holds = holds
 
     def __str__(self) -> str:
-        """Put the numbers in a sentence."""
+        """Return the message with its numbers."""
         until = f"it holds up to t = {self.holds:.4g} s" if self.holds > 0.0 else "at no time"
         return (
             f"{self.file}: numerics.tolerance = {self.tolerance:g} is not met: the estimate is "
@@ -55,7 +55,7 @@ class SearchSpent(ToleranceMissed):
         self.limit = limit
 
     def __str__(self) -> str:
-        """Put the numbers in a sentence."""
+        """Return the message with its numbers."""
         return f"{super().__str__()}; the search ended at its limit of work, {self.limit:.2g}"
 
 
@@ -66,7 +66,7 @@ class NotResolved(UserWarning):
     ----------
     scene : its name
     error : estimate of the tip's error in space over the length; infinite where none can be given
-    limit : beyond which somebody is told
+    limit : beyond which a warning is given
     """
 
     def __init__(self, scene: str, error: float, limit: float) -> None:
@@ -74,7 +74,7 @@ class NotResolved(UserWarning):
         self.scene, self.error, self.limit = scene, error, limit
 
     def __str__(self) -> str:
-        """Put the numbers in a sentence, and say what helps."""
+        """Return the message with its numbers and a remedy."""
         size = f"{self.error:.2g} of the length"
         if self.error == float("inf"):
             size = "any amount (a finer basis finds no equilibrium nearby)"

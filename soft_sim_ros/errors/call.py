@@ -1,4 +1,4 @@
-"""What is wrong with a call or a command."""
+"""Errors of calls and commands."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from .base import SoftSimError
 
 
 class BadArgument(SoftSimError, ValueError):
-    """A function of the package got an argument that means nothing to it.
+    """A function of the package got an invalid argument.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ class BadArgument(SoftSimError, ValueError):
         self.name, self.value, self.expected = name, value, expected
 
     def __str__(self) -> str:
-        """Put it in a sentence."""
+        """Return the message."""
         try:
             given = repr(self.value)
         except ValueError:  # a whole number of more digits than Python prints
@@ -46,7 +46,7 @@ class NotCopied(SoftSimError, TypeError):
         self.what, self.why = what, why
 
     def __str__(self) -> str:
-        """Put it in a sentence."""
+        """Return the message."""
         return f"{self.what} cannot be copied or pickled: {self.why}"
 
 
@@ -65,7 +65,7 @@ class CommandError(SoftSimError):
         self.topic, self.why, self.kind = topic, why, kind
 
     def __str__(self) -> str:
-        """Put the numbers in a sentence."""
+        """Return the message with its numbers."""
         return f"{self.topic}: {self.why}"
 
 
@@ -83,7 +83,7 @@ class NoSuchPlace(SoftSimError):
         self.asked, self.expected = asked, expected
 
     def __str__(self) -> str:
-        """Put both in a sentence."""
+        """Return the message."""
         return f"{self.asked!r}: expected {self.expected}"
 
 
@@ -124,5 +124,5 @@ class DeriveError(SoftSimError):
         self.key, self.value, self.expected = key, value, expected
 
     def __str__(self) -> str:
-        """Put it in a sentence."""
+        """Return the message."""
         return f"{self.key} = {self.value!r}: expected {self.expected}"

@@ -1,4 +1,4 @@
-"""What is wrong with recordings and with files."""
+"""Errors of recordings and files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class RecordingError(SoftSimError):
         self.path, self.reason = str(path), reason
 
     def __str__(self) -> str:
-        """Put the numbers in a sentence."""
+        """Return the message with its numbers."""
         return f"{self.path}: {self.reason}"
 
 
@@ -41,5 +41,5 @@ class UnfitFile(SoftSimError):
         self.path, self.found, self.expected = str(path), found, expected
 
     def __str__(self) -> str:
-        """Put it in a sentence."""
+        """Return the message."""
         return f"{self.path} {self.found}: expected {self.expected}"

@@ -1,4 +1,4 @@
-"""What is wrong with a scene."""
+"""Errors of scenes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class SceneError(SoftSimError):
         self.expected, self.line = expected, line
 
     def __str__(self) -> str:
-        """Put the numbers in a sentence."""
+        """Return the message with its numbers."""
         where = self.file if self.line is None else f"{self.file}:{self.line}"
         key = self.key_path or "scene"
         what = f"{key} is missing" if self.value is None else f"{key} = {self.value}"

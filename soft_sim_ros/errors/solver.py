@@ -1,4 +1,4 @@
-"""What keeps a motion or an equilibrium from being found."""
+"""Errors of the solvers of motions and equilibria."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class SolverError(SoftSimError):
         self.time, self.reason = time, reason
 
     def __str__(self) -> str:
-        """Put the numbers in a sentence."""
+        """Return the message with its numbers."""
         return f"at t = {self.time:.9g} s: {self.reason}"
 
 
@@ -28,7 +28,7 @@ class Diverged(SolverError):
 
 
 class Inaccurate(SolverError):
-    """The run knows that its error is beyond what is allowed.
+    """The estimated error of a run exceeds its limit.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Inaccurate(SolverError):
 
 
 class EnergyGained(SolverError):
-    """The steps made energy out of nothing.
+    """The steps generated spurious energy.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class NoBranch(SoftSimError):
         self.load, self.why = load, why
 
     def __str__(self) -> str:
-        """Put the numbers in a sentence."""
+        """Return the message with its numbers."""
         return f"no branch of equilibria at load {self.load:g}: {self.why}"
 
 
@@ -139,7 +139,7 @@ class TargetUnreachable(SoftSimError):
         self.distance, self.angle, self.closest = distance, angle, closest
 
     def __str__(self) -> str:
-        """Put the numbers in a sentence."""
+        """Return the message with its numbers."""
         return (
             f"the target is out of reach: the tip comes within {self.distance:.4g} m "
             f"and {self.angle:.4g} rad of it"
@@ -160,7 +160,7 @@ class UndampedFlutter(UserWarning):
         self.growth, self.hertz = growth, hertz
 
     def __str__(self) -> str:
-        """Put the numbers in a sentence."""
+        """Return the message with its numbers."""
         return (
             f"the equilibrium flutters: a swing of {self.hertz:.3g} Hz about it grows by "
             f"{self.growth:.3g} 1/s under moments or loads that follow the arm; the scene has no "

@@ -1,1 +1,1 @@
-"""What other programs find this package by: each is imported by that program only."""
+"""Plug-ins for other programs; each is imported by that program only."""

@@ -23,7 +23,7 @@ from soft_sim_ros.version import __version__
 
 if TYPE_CHECKING:
     from soft_sim_ros.core.floats import Floats
-    from soft_sim_ros.core.settled import Dynamics
+    from soft_sim_ros.core.mechanics.dynamics import Dynamics
 
     from ..scene import Scene
 

@@ -1,4 +1,4 @@
-"""The words of the simulator's command line: what it says of itself, and what it will not take."""
+"""The command line of the simulator: its help, and the arguments that it refuses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the bytes of a command message to an order, and what is said about bad ones."""
+"""Commands on their way from topics to the physics, and complaints about bad ones."""
 
 from __future__ import annotations
 
@@ -7,57 +7,20 @@ import time
 from collections.abc import Callable
 
 from soft_sim_ros.core.simulation.inputs import Inputs
-from soft_sim_ros.core.simulation.orders import MOST_NAMES, Order, wrench_frame
+from soft_sim_ros.core.simulation.orders import MOST_NAMES, Order
 from soft_sim_ros.errors import CommandError
 from soft_sim_ros.foreign import bare, listed, one_line
-from soft_sim_ros.node.joint_commands import joint_message_order
-from soft_sim_ros.recording.decode import DecodeError, FloatArray, JointState, Wrench, decode
+from soft_sim_ros.recording.orders import read_order
 from soft_sim_ros.recording.topics import INPUTS
 
 # Bytes of a command that are looked at: a header, and a long name and four numbers per actuator.
 _ANY, _EACH = 16_384, 1_024
 
 
-def read_order(
-    inputs: Inputs, key: str, data: bytes, frame_id: str, lasting: bool = False
-) -> Order:
-    """Decode and check one command message.
-
-    Parameters
-    ----------
-    inputs : Inputs
-        Knows the actuators.
-    key : str
-        ``command``, ``joint_command`` or ``external_wrench``.
-    data : bytes
-        The message as received.
-    frame_id : str
-        Frame of the poses, in which a wrench is dead.
-    lasting : bool
-        Whether joint commands have no timeout while their sender is there.
-
-    Raises
-    ------
-    CommandError
-        If the message cannot be carried out, with what is wrong with it.
-    """
-    topic, message_type, _ = INPUTS[key]
-    try:
-        message = decode(message_type, data)
-    except DecodeError as error:
-        raise CommandError(topic, str(error), "bytes") from error
-    if isinstance(message, FloatArray):
-        return inputs.effort_order(message.data)
-    if isinstance(message, JointState):
-        return joint_message_order(inputs, message, lasting)
-    assert isinstance(message, Wrench)
-    return inputs.wrench_order(message.wrench, wrench_frame(message.frame_id, frame_id))
-
-
 class Throttle:
-    """Says a thing at once, and its repetitions, counted, at most once per ``period`` s.
+    """Logs a message at once, and its repetitions, counted, at most once per ``period`` s.
 
-    Things of one kind are repetitions of each other, whatever numbers and names are in them: a
+    Messages of one kind are repetitions of each other, whatever numbers and names are in them: a
     controller that sends a new NaN every millisecond is one complaint, and so is one that sends a
     new name; a wrong name among the NaNs is another.
     """
@@ -79,7 +42,7 @@ class Throttle:
         if kind not in self._due and len(self._due) >= self._MOST:
             self._due = {k: (due, n) for k, (due, n) in self._due.items() if now < due or n}
             if len(self._due) >= self._MOST:
-                kind = ""  # all that is too much shares one
+                kind = ""  # further kinds share one entry
         due, held_back = self._due.get(kind, (now, 0))
         if now < due:
             self._due[kind] = (due, held_back + 1)
@@ -139,7 +102,7 @@ class Gate:
             self._warn(f"{topic}: outside the limits: {which}", f"{topic} cut")
 
     def _read(self, key: str, data: bytes) -> Order:
-        """Read an order; what is too large to be one is not even looked at."""
+        """Read an order; a message that is too large is refused unread."""
         if len(data) > self._largest:
             topic = INPUTS[key][0]
             why = f"a message of {len(data)} bytes: at most {self._largest} are looked at"

@@ -106,8 +106,7 @@ class Diagnostics:
             "last error": physics.last_error or "none",
         }
         inputs = physics.inputs
-        watched = isinstance(inputs, WatchedInputs)
-        if watched:
+        if isinstance(inputs, WatchedInputs):
             values["error estimate (of the length)"] = inputs.error_rel
             values["tolerance (of the length)"] = inputs.tolerance
             if inputs.orientation is not None:
@@ -127,7 +126,7 @@ class Diagnostics:
             return values, error, f"recording: {log.error}"
         if log is not None and log.dropped:
             return values, warn, f"recording: {log.dropped} messages dropped"
-        if watched and inputs.missed:
+        if isinstance(inputs, WatchedInputs) and inputs.missed:
             return values, warn, inputs.doubt()
         if isinstance(inputs, SpaceInputs) and inputs.coarse:
             return values, warn, inputs.told()

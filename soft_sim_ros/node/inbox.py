@@ -1,4 +1,4 @@
-"""What waits for the physics thread: orders and requests, carried out in order of arrival."""
+"""The queue of the physics thread: orders and requests, carried out in order of arrival."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Inbox:
     Attributes
     ----------
     wake : set when there is something that a paused simulation must look at
-    asked : set while there are requests: somebody waits for an answer
+    asked : set while there are requests, whose callers wait for an answer
     """
 
     def __init__(self) -> None:
@@ -53,7 +53,7 @@ class Inbox:
         return request.answer
 
     def post(self, action: Callable[[], Answer]) -> None:
-        """Queue a request that nobody waits for."""
+        """Queue a request without waiting for its answer."""
         self._items.append(_Request(action))
 
     def empty(self, take: Callable[[str, Order, bytes], None]) -> None:

@@ -15,7 +15,7 @@ class LogTrouble:
     log : BagWriter or None
         What is watched.
     complain : callable
-        Told in words.
+        Called with a message.
     """
 
     def __init__(self, log, complain: Callable[[str], None]):

@@ -20,7 +20,7 @@ _SECOND = 1_000_000_000  # ns
 
 
 class Markers:
-    """Publishes what the arm looks like, while somebody looks.
+    """Publishes the arm as markers while there are subscribers.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What the physics thread needs of whoever publishes its messages."""
+"""The interface by which the physics thread publishes messages."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ VIEWS = frozenset({"tf", "markers"})
 
 
 class Outlet(Protocol):
-    """Where messages go while somebody listens."""
+    """Publishes messages that have subscribers."""
 
     def wanted(self, key: str) -> bool:
-        """Whether anybody listens to this topic."""
+        """Whether this topic has subscribers."""
 
     def send(self, key: str, data: bytes) -> None:
         """Publish the bytes of one message."""
@@ -21,7 +21,7 @@ class Outlet(Protocol):
         """Say that everything up to this simulation time has been sent."""
 
     def clock(self, time_ns: int) -> None:
-        """Move everybody's clock to this simulation time."""
+        """Publish this simulation time on the clock."""
 
     def joined(self) -> dict[str, int]:
         """Count who has ever begun to listen, by key; ``tf`` and ``clock`` are keys, too."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 
 import yaml
@@ -52,7 +53,7 @@ def shared_names(args: Sequence[str], node: str) -> set[str]:
     shared: set[str] = set()
     own = {
         word.partition(":=")[0].rpartition(":")[2]
-        for flag, word in zip(args, args[1:], strict=False)
+        for flag, word in itertools.pairwise(args)
         if flag in ("-p", "--param")
     }
     for file in parameter_files(args):

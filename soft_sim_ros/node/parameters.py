@@ -89,7 +89,7 @@ class Row:
                 lowest = 0.0 if self.zero else self.low
                 expected = f"{lowest:g} to {self.high:g}{least}"
                 raise ValueError(f"{self.name} = {value!r}: expected {expected}")
-        return value  # type: ignore[return-value]
+        return value
 
 
 TABLE = (

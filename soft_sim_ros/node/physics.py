@@ -14,13 +14,13 @@ from soft_sim_ros.core.simulation.orders import Order
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.inbox import Answer, Inbox
-from soft_sim_ros.node.joint_commands import SENDER_LEFT
 from soft_sim_ros.node.log_trouble import LogTrouble
 from soft_sim_ros.node.outlet import Outlet
 from soft_sim_ros.node.recovery import RESET, Recovery
 from soft_sim_ros.node.states import BEAT, States
 from soft_sim_ros.node.timing import StepCosts
 from soft_sim_ros.recording.cdr import encode_string
+from soft_sim_ros.recording.orders import SENDER_LEFT
 from soft_sim_ros.recording.telemetry import LEDGER
 
 _RESIDUAL = LEDGER.index("residual")

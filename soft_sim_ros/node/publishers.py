@@ -1,4 +1,4 @@
-"""Publishers of ready-made bytes, which cost nothing while nobody listens."""
+"""Publishers of ready-made bytes, which cost nothing without subscribers."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class Publishers:
             also(time_ns)
 
     def clock(self, time_ns: int) -> None:
-        """Move everybody's clock, after the state of that time has been sent."""
+        """Publish the time on the clock, after the state of that time was sent."""
         if self._clock is not None and (
             self._clock_latched or self._clock.get_subscription_count()
         ):

@@ -1,4 +1,4 @@
-"""What becomes of commands that stop the solver: they are taken back, and the arm goes on."""
+"""Commands that make the solver fail are withdrawn, and the arm goes on."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Recovery:
     inputs : Inputs
         The commands in force.
     complain : callable
-        Told in words, once a second at most.
+        Called with a message, once a second at most.
 
     Attributes
     ----------

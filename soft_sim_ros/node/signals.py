@@ -8,7 +8,7 @@ from collections.abc import Callable
 from soft_sim_ros.endings import ENDINGS
 
 
-class Stopped(Exception):  # noqa: N818 - not an error
+class Stopped(Exception):
     """A signal came before there was anything to end in order."""
 
 

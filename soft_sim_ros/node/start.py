@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import os
 import re
 import stat
@@ -57,7 +58,7 @@ def start(parser: argparse.ArgumentParser, args: list[str]) -> argparse.Namespac
 
 def parameter_files(args: Sequence[str]) -> list[str]:
     """Return the files of parameters that a command line names."""
-    return [file for flag, file in zip(args, args[1:], strict=False) if flag == PARAMETERS]
+    return [file for flag, file in itertools.pairwise(args) if flag == PARAMETERS]
 
 
 def _check_domain() -> None:

@@ -86,7 +86,7 @@ class ArmFrames:
 
 
 def chosen_frames(scene: Scene, chosen: str) -> list[str]:
-    """Return the names that the parameter ``tf_frames`` asks for; refuse those that are none."""
+    """Return the names that the parameter ``tf_frames`` asks for; refuse unknown ones."""
     known = [body.name for body in scene.bodies if isinstance(body, Joint | RigidBody)]
     asked = [name.strip() for name in chosen.split(",") if name.strip()]
     if asked == [ALL]:

@@ -1,4 +1,4 @@
-"""Which times a recording goes by.
+"""The time axis of a recording: log times or stamps.
 
 This package logs every message at its simulation time. ``ros2 bag record`` logs it when it arrives,
 by the clock on the wall or, with ``--use-sim-time``, by ``/clock``: an arm that runs at a tenth of
@@ -25,11 +25,11 @@ Message = tuple[int, int, bytes]
 
 @dataclass(frozen=True)
 class Axis:
-    """A way from log times to the times that a recording goes by.
+    """A map from log times to the times of the recording.
 
     Parameters
     ----------
-    words : where the times come from
+    words : description of where the times come from
     stamped : channels whose messages carry the time
     paired : channels whose messages belong to the nearest stamped one
     log, stamp : (T,) log time and stamp of all stamped messages, ns; both never fall

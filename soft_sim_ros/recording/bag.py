@@ -76,7 +76,7 @@ class Bag:
         self._attachments = dict(attachments)
         self._split_bytes = split_bytes
         self._files: list[FileSummary] = []
-        self._gone: set[str] = set()  # finished files that somebody has taken away
+        self._gone: set[str] = set()  # finished files that others have removed
         try:
             directory.mkdir(parents=True, exist_ok=True)
             self._file = self._next_file()
@@ -122,11 +122,11 @@ class Bag:
         write_metadata(self.directory, self._describe())
 
     def abandon(self) -> None:
-        """Give the recording up as it is on disk: whole up to the last commit, but not closed."""
+        """Stop recording without closing: the files are complete up to the last commit."""
         self._file.close()
 
     def trouble(self) -> str:
-        """Say what others have done to the file that is being written; empty if nothing."""
+        """Describe changes of the open file by other programs; empty if none."""
         trouble = self._file.trouble()
         return trouble and f"{self._file.path} {trouble}"
 
@@ -141,7 +141,7 @@ class Bag:
         return missing
 
     def let_go(self) -> None:
-        """Complete the file wherever it has been moved to; one that was deleted counts no more."""
+        """Complete the file, also if it was moved; a deleted one is not counted."""
         self._file.forget()
         self._file.finish(self._describe())
         self._file.commit()

@@ -1,4 +1,4 @@
-"""Messages as CDR bytes: everything that never changes is laid out once.
+"""Messages as CDR bytes, with the constant parts laid out once.
 
 ROS 2 sends messages as little-endian CDR: a four-byte header, then the fields in order, each on a
 multiple of its own size counted from after that header. For a given arm the names, frames and

@@ -1,8 +1,8 @@
-"""What a recording says about itself, checked before anybody relies on it.
+"""Checks of the metadata of a recording before it is used.
 
-Recordings come from anywhere. Words and numbers from their metadata, attachments and summaries go
-through here: what is not what it should be becomes a RecordingError that names it, or is left out
-where nothing depends on it.
+Recordings may come from anywhere. Texts and numbers from their metadata, attachments and summaries
+are checked here: an invalid one leads to a RecordingError that names it, or is left out if nothing
+depends on it.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def words(path: object, name: str, data: bytes) -> str:
 
 
 def plain_yaml(text: str) -> Any:
-    """Return what a YAML text of rosbag2 means; None if it is none, or not a plain one.
+    """Return the content of a YAML text of rosbag2; None if it is not plain YAML.
 
     Plain is what rosbag2 writes: without aliases, and not very deep.
     """
@@ -70,7 +70,7 @@ def plain_yaml(text: str) -> Any:
                 depth -= 1
             if depth > _DEEPEST:
                 return None
-        return yaml.load(text, Loader=_Loader)  # noqa: S506 - a safe one
+        return yaml.load(text, Loader=_Loader)
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError):
         return None
 
@@ -85,7 +85,7 @@ def profiles(text: str) -> tuple[dict[str, Any], ...]:
 
 
 def qualities(text: str) -> dict[str, Any]:
-    """Return the words and the depth of the first profile of a channel that mean something.
+    """Return the valid policies and the depth of the first profile of a channel.
 
     ``ros2 bag record`` writes what a subscription cannot know as ``unknown`` and depth 0.
     """
@@ -103,7 +103,7 @@ def qualities(text: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Facts:
-    """What a re-simulation has to know beside the scene.
+    """The facts that a re-simulation needs in addition to the scene.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def machine(path: object, attachments: Mapping[str, bytes]) -> dict[str, str]:
 
 
 def summary(path: Path) -> dict[str, Any]:
-    """Return the summary beside a recording, without what is not of its kind; {} if there is none.
+    """Return the summary beside a recording without invalid entries; {} if there is none.
 
     Raises
     ------
@@ -251,7 +251,7 @@ def _is_bin(one: object) -> bool:
 def _is_number(value: object) -> bool:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
-    return abs(value) < 1e300  # also no NaN
+    return abs(value) < 1e300  # false for NaN too
 
 
 def _is_text(value: object) -> bool:

@@ -1,4 +1,4 @@
-"""The files of a recording, or why there are none."""
+"""The files of a recording, or the reason why there are none."""
 
 from __future__ import annotations
 
@@ -81,5 +81,5 @@ def _listed(directory: Path) -> list[str]:
         content = plain_yaml(read_text(directory / FILE_NAME, MOST_YAML))
         names = content["rosbag2_bagfile_information"]["relative_file_paths"]
     except (OSError, UnfitFile, KeyError, TypeError):
-        return []  # the files speak for themselves
+        return []  # the files are found without it
     return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []

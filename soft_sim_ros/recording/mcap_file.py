@@ -1,4 +1,4 @@
-"""One MCAP file that stays whole when the disk does not.
+"""One MCAP file that stays readable when the disk fails.
 
 The ``mcap`` writer keeps account of offsets, so a write that fails half-way would spoil all that
 follows. Here it writes into a stage in memory. The stage is taken over by the disk in one piece
@@ -48,7 +48,7 @@ class Stage:
         return self.committed + len(self._bytes)
 
     def flush(self) -> None:
-        """Do nothing: ``commit`` decides when the disk is asked."""
+        """Do nothing: ``commit`` writes to the disk."""
 
     def commit(self) -> None:
         """Put everything on disk, or raise OSError and leave the file as it was."""
@@ -200,7 +200,7 @@ class McapFile:
         return self._stage.trouble()
 
     def forget(self) -> None:
-        """Count nothing of a file that is no more."""
+        """Count no messages of a deleted file."""
         if not self._stage.named:
             self.kept = {}
 

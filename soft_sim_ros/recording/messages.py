@@ -99,6 +99,8 @@ def schema(message_type: str) -> str:
     equals signs, a line naming the type, and its definition.
     """
     parts = [DEFINITIONS[message_type]]
-    for name in dependencies(message_type):
-        parts.append(f"{_SEPARATOR}MSG: {name.replace('/msg/', '/')}\n{DEFINITIONS[name]}")
+    parts += [
+        f"{_SEPARATOR}MSG: {name.replace('/msg/', '/')}\n{DEFINITIONS[name]}"
+        for name in dependencies(message_type)
+    ]
     return "".join(parts)

@@ -60,7 +60,7 @@ class Run:
 
     Attributes
     ----------
-    time_axis : where the times come from, in words
+    time_axis : description of where the times come from
     """
 
     def __init__(self, content: Scan, node: str | None = None) -> None:

@@ -1,4 +1,4 @@
-"""A clean recording out of a torn one."""
+"""Recovery of a clean recording from one that was not closed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from soft_sim_ros.recording.swap import WORKING, commit, finish
 
 @dataclass(frozen=True)
 class Recovered:
-    """What was saved.
+    """The result of a recovery.
 
     Parameters
     ----------

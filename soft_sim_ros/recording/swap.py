@@ -2,7 +2,7 @@
 
 It is written into the folder ``.recovering``. When it is whole and on the disk, a plan of what goes
 where is put beside that folder: before that moment nothing has happened, after it only the rest of
-the plan has to be carried out, by whoever comes next. The plan is the last to go.
+the plan has to be carried out, by the next call. The plan is deleted last.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def finish(target: Path) -> dict[str, Any] | None:
     Raises
     ------
     RecordingError
-        if files cannot be moved, after which it can be called again; or if the plan is none
+        if files cannot be moved, after which it can be called again; or if the plan is invalid
     """
     if not (target / PENDING).exists():
         return None

@@ -55,7 +55,7 @@ INPUTS = {
 }
 EVENTS = {"events": ("~/events", STRING, 100)}
 ALL = {**OUTPUTS, **INPUTS, **EVENTS}
-# for eyes only: what they show follows from the scene and the recorded topics
+# for viewers only, not recorded: they follow from the scene and the recorded topics
 MARKERS, FIXED_MARKERS = "markers", "fixed_markers"
 VIEWS = {
     MARKERS: ("~/markers", "visualization_msgs/msg/MarkerArray", Qos(1)),

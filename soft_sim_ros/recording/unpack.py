@@ -1,4 +1,4 @@
-"""Records of an MCAP file taken apart within bounds: what they claim is checked."""
+"""Reads records of an MCAP file within bounds: their stated sizes are checked."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def unpacked(body: bytes, budget: Budget) -> bytes:
         if it unpacks to more than the budget has left
     """
     chunk = records.Chunk.read(Strict(body))
-    # a size that cannot be true is damage; one that could be is only believed up to the budget
+    # an impossible size is damage; a possible one is trusted up to the budget only
     size = chunk.uncompressed_size
     most = min(size, budget.left) + 1
     content = _decompressed(chunk.compression, chunk.data, most)

@@ -1,4 +1,4 @@
-"""Recording off the physics thread: never blocking, bounded in memory, alive on a full disk."""
+"""Recording in a thread of its own: non-blocking, bounded memory, survives a full disk."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ class BagWriter:
 
     ``write`` puts a message into a queue and returns at once. While the disk fails or lags, the
     queue fills; what no longer fits is dropped and counted. When the disk works again, the queue
-    goes to it and the recording goes on. No error of the disk ever reaches the caller of
-    ``write``; the last one is kept in ``error``. If somebody deletes or moves the file that is
-    being written, nothing more is recorded: ``recording`` says so, and what follows is counted.
+    goes to it and the recording goes on. No error of the disk ever reaches the caller of ``write``;
+    the last one is kept in ``error``. If another program deletes or moves the file that is being
+    written, nothing more is recorded: ``recording`` says so, and what follows is counted.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class BagWriter:
         added
     limit_bytes : size of the queue
     split_bytes : size at which a new MCAP file is begun
-    on_loss : told in words, from the thread of the disk, when files are taken away
+    on_loss : called with a message, from the disk thread, when files are removed
 
     Raises
     ------
@@ -160,7 +160,7 @@ class BagWriter:
         return True
 
     def wait_for_room(self, timeout: float = 10.0) -> bool:
-        """Wait until the queue is at most half full: for runs that nobody waits for in real time.
+        """Wait until the queue is at most half full: for runs faster than real time.
 
         Returns False if the disk fails or ``timeout`` s pass first.
         """

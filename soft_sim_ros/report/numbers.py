@@ -1,4 +1,4 @@
-"""The numbers of a run that are worth a table."""
+"""The numbers of a run for the table of its report."""
 
 from __future__ import annotations
 

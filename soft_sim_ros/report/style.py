@@ -1,7 +1,8 @@
-"""How pictures look: one palette, few lines, room to breathe."""
+"""The style of pictures: palette, lines, margins."""
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ DASHES = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 TIME_COLOURS = "viridis"
 INK = "#1d2733"
 FAINT = "#d9dee4"
-_LARGEST = 1e30  # squares of it are still numbers
+_LARGEST = 1e30  # its square is finite
 
 RC: dict[Any, Any] = {
     "axes.axisbelow": True,
@@ -73,7 +74,7 @@ def thin(time: NDArray, values: NDArray, limit: int = 1500) -> tuple[NDArray, ND
         return time, values
     edges = np.linspace(0, len(time), limit // 2 + 1).astype(int)
     kept = {0, len(time) - 1}
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in itertools.pairwise(edges):
         part = values[start:stop]
         if np.isfinite(part).any():
             kept |= {start + int(np.nanargmin(part)), start + int(np.nanargmax(part))}

@@ -64,7 +64,9 @@ class Rod:
 
 @dataclass(frozen=True)
 class FlexibleLink:
-    """A straight elastic rod that moves as a rigid body plus ``modes`` linear modes: B (3.25).
+    """A straight elastic rod that moves as a rigid body plus ``modes`` linear modes.
+
+    Boyer & Primault 2005 (3.25).
 
     Modes are those of the rod clamped at its start, the lowest ``modes`` of all, or the lowest of
     each kind (torsion, bend_y, bend_z, stretch); ``tip``: free, or held in place (pinned);

@@ -9,6 +9,7 @@ the curve lies in space does not matter.
 
 from __future__ import annotations
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -105,7 +106,7 @@ def _curve(spline: scipy.interpolate.BSpline, chord: Floats) -> Curve:
     parts = max(4, FINE // (len(chord) - 1))
     u = np.concatenate([
         np.linspace(a, b, parts, endpoint=False)
-        for a, b in zip(chord[:-1], chord[1:], strict=True)
+        for a, b in itertools.pairwise(chord)
     ] + [chord[-1:]])  # fmt: skip
     first, second = spline.derivative(1), spline.derivative(2)
     x, w = np.polynomial.legendre.leggauss(6)

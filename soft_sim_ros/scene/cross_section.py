@@ -61,21 +61,21 @@ class Circle:
 
     radius: Profile
 
-    def area(self, x: Floats) -> Floats:  # noqa: D102
+    def area(self, x: Floats) -> Floats:
         return np.pi * self.radius(x) ** 2
 
-    def second_moments(self, x: Floats) -> Pair:  # noqa: D102
+    def second_moments(self, x: Floats) -> Pair:
         moment = np.pi / 4 * self.radius(x) ** 4
         return moment, moment
 
-    def torsion_constant(self, x: Floats) -> Floats:  # noqa: D102
+    def torsion_constant(self, x: Floats) -> Floats:
         return np.pi / 2 * self.radius(x) ** 4
 
-    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:  # noqa: D102
+    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:
         factor = np.full(np.shape(x), 6 * (1 + poisson_ratio) / (7 + 6 * poisson_ratio))
         return factor, factor
 
-    def fibres(self, x: Floats) -> Floats:  # noqa: D102
+    def fibres(self, x: Floats) -> Floats:
         return ring(np.zeros(np.shape(x)), self.radius(x))
 
 
@@ -86,23 +86,23 @@ class Annulus:
     outer: Profile
     inner: Profile
 
-    def area(self, x: Floats) -> Floats:  # noqa: D102
+    def area(self, x: Floats) -> Floats:
         return np.pi * (self.outer(x) ** 2 - self.inner(x) ** 2)
 
-    def second_moments(self, x: Floats) -> Pair:  # noqa: D102
+    def second_moments(self, x: Floats) -> Pair:
         moment = np.pi / 4 * (self.outer(x) ** 4 - self.inner(x) ** 4)
         return moment, moment
 
-    def torsion_constant(self, x: Floats) -> Floats:  # noqa: D102
+    def torsion_constant(self, x: Floats) -> Floats:
         return np.pi / 2 * (self.outer(x) ** 4 - self.inner(x) ** 4)
 
-    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:  # noqa: D102
+    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:
         nu, square = poisson_ratio, (self.inner(x) / self.outer(x)) ** 2
         solid = (1 + square) ** 2
         factor = 6 * (1 + nu) * solid / ((7 + 6 * nu) * solid + (20 + 12 * nu) * square)
         return factor, factor
 
-    def fibres(self, x: Floats) -> Floats:  # noqa: D102
+    def fibres(self, x: Floats) -> Floats:
         return ring(self.inner(x), self.outer(x))
 
 
@@ -113,10 +113,10 @@ class Rectangle:
     width_y: Profile
     width_z: Profile
 
-    def area(self, x: Floats) -> Floats:  # noqa: D102
+    def area(self, x: Floats) -> Floats:
         return self.width_y(x) * self.width_z(x)
 
-    def second_moments(self, x: Floats) -> Pair:  # noqa: D102
+    def second_moments(self, x: Floats) -> Pair:
         y, z = self.width_y(x), self.width_z(x)
         return y * z**3 / 12, y**3 * z / 12
 
@@ -135,7 +135,7 @@ class Rectangle:
         constant: Floats = long * short**3 / 3 * (1 - 192 / np.pi**5 * short / long * series)
         return constant
 
-    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:  # noqa: D102
+    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:
         factor = np.full(np.shape(x), 10 * (1 + poisson_ratio) / (12 + 11 * poisson_ratio))
         return factor, factor
 
@@ -158,22 +158,22 @@ class Ellipse:
     semi_axis_y: Profile
     semi_axis_z: Profile
 
-    def area(self, x: Floats) -> Floats:  # noqa: D102
+    def area(self, x: Floats) -> Floats:
         return np.pi * self.semi_axis_y(x) * self.semi_axis_z(x)
 
-    def second_moments(self, x: Floats) -> Pair:  # noqa: D102
+    def second_moments(self, x: Floats) -> Pair:
         a, b = self.semi_axis_y(x), self.semi_axis_z(x)
         return np.pi / 4 * a * b**3, np.pi / 4 * a**3 * b
 
-    def torsion_constant(self, x: Floats) -> Floats:  # noqa: D102
+    def torsion_constant(self, x: Floats) -> Floats:
         a, b = self.semi_axis_y(x), self.semi_axis_z(x)
         return np.pi * a**3 * b**3 / (a**2 + b**2)
 
-    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:  # noqa: D102
+    def shear_factors(self, x: Floats, poisson_ratio: float) -> Pair:
         a, b = self.semi_axis_y(x), self.semi_axis_z(x)
         return _ellipse_factor(a, b, poisson_ratio), _ellipse_factor(b, a, poisson_ratio)
 
-    def fibres(self, x: Floats) -> Floats:  # noqa: D102
+    def fibres(self, x: Floats) -> Floats:
         a, b = self.semi_axis_y(x), self.semi_axis_z(x)
         scale = np.stack([a, b, a * b], axis=-1)
         return ring(np.zeros(np.shape(x)), np.ones(np.shape(x))) * scale[..., None, :]

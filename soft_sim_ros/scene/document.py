@@ -1,7 +1,7 @@
-"""A YAML text as a tree of nodes that still know where they were written.
+"""A YAML text as a tree of nodes with their places in the text.
 
-The tree stops short of Python values: YAML 1.1 would read ``1e6`` as text, ``1:30`` as 90 and
-``on`` as true, so the reader decides what a word means from what the scene expects there.
+The nodes are not converted to Python values: YAML 1.1 would read ``1e6`` as text, ``1:30`` as 90
+and ``on`` as true, so the reader decides what a word means from what the scene expects there.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from soft_sim_ros.errors import SceneError
 LONGEST_QUOTE = 60
 MOST_TEXT = 2_000_000  # characters
 MOST_ENTRIES = 80_000  # keys, words and lists that are written
-MOST_MEANT = 1_000_000  # the same with every alias and merge in full
+MOST_MEANT = 1_000_000  # the same with every alias and merge expanded
 MERGE = "tag:yaml.org,2002:merge"
 
 
 class _Bounded(yaml.SafeLoader):
-    """Composes nodes, and refuses endless texts."""
+    """Composes nodes; refuses texts with too many entries."""
 
     def __init__(self, text: str | bytes) -> None:
         super().__init__(text)
@@ -37,7 +37,7 @@ class _Bounded(yaml.SafeLoader):
 
 
 class _Loader(_Bounded):
-    """Composes nodes, and refuses tags, too, which would mean nothing here."""
+    """Composes nodes; refuses tags, which have no meaning here."""
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         """Compose the next node."""

@@ -1,14 +1,15 @@
-"""Where the data of a section change so fast that the rod has to be cut there.
+"""Places where the data of a section change so fast that the rod has to be cut there.
 
-A basis of a few degrees, and a few nodes, pass over a soft spot of 2 mm in an arm of 0.3 m, and
-every finer companion passes over it, too. So it is looked for in the data themselves, at samples
-that show every profile (sampling.py), and the section is cut into as few pieces as possible on
-which a polynomial of low degree shows stiffness, compliance, damping, inertia and reference strain.
-Data that vary gently give no cut at all.
+A basis of low degree with a few nodes misses a soft spot of 2 mm in an arm of 0.3 m, and so does
+every finer companion. So the data themselves are searched, at samples that resolve every profile
+(sampling.py), and the section is cut into as few pieces as possible on which a polynomial of low
+degree approximates stiffness, compliance, damping, inertia and reference strain. Smooth data need
+no cut.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 
 import numpy as np
@@ -22,11 +23,11 @@ from soft_sim_ros.scene.taper import Floats, Taper
 MOST_PIECES = 256
 DEGREE, FIT = 6, 0.05  # of the polynomial on a piece, and its error over the largest value there
 
-SLIGHT = 1e-3  # rad: a reference shape that turns by less in all is taken for straight
+SLIGHT = 1e-3  # rad: a reference shape that turns by less is treated as straight
 
 
 def cuts(section: Section) -> tuple[float, ...]:
-    """Return the places x in (0, 1) where a section is cut for its data's sake.
+    """Return the places x in (0, 1) where a section is cut because of its data.
 
     Raises
     ------
@@ -43,7 +44,7 @@ def cuts(section: Section) -> tuple[float, ...]:
     if not len(values.T):
         return ()
     found: list[float] = []
-    for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
+    for begin, end in itertools.pairwise(bounds):
         inside = slice(np.searchsorted(x, begin), np.searchsorted(x, end) + 1)
         found += _pieces(x[inside], values[inside], scale)
     if len(found) > MOST_PIECES:
@@ -100,7 +101,7 @@ def _apart(found: Iterable[float]) -> list[float]:
 
 
 def _fits(x: Floats, values: Floats, scale: Floats) -> bool:
-    """Whether a polynomial of DEGREE shows all data (N, k) at x (N,)."""
+    """Whether a polynomial of DEGREE approximates all data (N, k) at x (N,)."""
     if len(x) < 3:
         return True
     t = 2.0 * (x - x[0]) / (x[-1] - x[0]) - 1.0

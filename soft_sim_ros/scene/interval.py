@@ -1,12 +1,12 @@
-"""Intervals of allowed numbers that can say what they allow."""
+"""Intervals of allowed numbers, with their description for error messages."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-# Numbers of a scene lie between these in size, zero and infinity apart: fourth powers of lengths
-# times moduli, and what is made of them, then are numbers too.
+# Sizes of numbers of a scene lie between these, except zero and infinity, so that products such as
+# fourth powers of lengths times moduli do not overflow.
 LEAST, MOST = 1e-60, 1e30
 
 
@@ -29,7 +29,7 @@ class Interval:
         return Interval(float(low), float(high), text[0] == "[", text[-1] == "]")
 
     def __contains__(self, value: float) -> bool:
-        """Tell whether a number is allowed."""
+        """Return whether a number is allowed."""
         above = value > self.low or (self.low_closed and value == self.low)
         below = value < self.high or (self.high_closed and value == self.high)
         return above and below

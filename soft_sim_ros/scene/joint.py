@@ -1,4 +1,4 @@
-"""Joints: what the part beyond them may do relative to the part before."""
+"""Joints: the relative motions that they allow between the parts before and after them."""
 
 from __future__ import annotations
 

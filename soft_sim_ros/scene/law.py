@@ -18,7 +18,7 @@ from soft_sim_ros.scene.interval import FINITE, POSITIVE, Interval
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
 
-# Stretches between which a law may be used at all; nobody has measured beyond.
+# Stretches between which a law may be used at all: the range of measurements.
 LEAST, MOST = 0.05, 20.0
 KINDS = {
     "neo_hookean": ("c10",),

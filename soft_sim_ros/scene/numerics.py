@@ -1,4 +1,4 @@
-"""How a scene is solved. Nothing here changes the physics; everything has a default."""
+"""Numerical settings of a scene. They do not change the physics, and all have defaults."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Basis:
 
 @dataclass(frozen=True)
 class Free:
-    """What is left to the solver: by a tolerance, or because no numerics are written at all.
+    """Settings left to the solver, by a tolerance or because the scene names no numerics.
 
     time : whether the error of the integrator's steps
     order, elements, nodes : names of the rods whose orders, elements and nodes

@@ -110,7 +110,8 @@ def register_profile(name: str, function: Callable[[Floats], Floats]) -> None:
     """Make a function known to scenes as ``{function: NAME}``.
 
     It gets arc lengths (N,) in m from the start of the section, and returns values (N,); it must be
-    smooth there. A recording keeps the name only: whoever runs it again registers it again.
+    smooth there. A recording keeps the name only, so the function must be registered before a
+    rerun.
     """
     _FUNCTIONS[name] = function
 

@@ -21,7 +21,7 @@ def key_path(text: str) -> list[str | int]:
     Raises
     ------
     ValueError
-        if it is none
+        if it is not a key path
     """
     parts: list[str | int] = []
     at = 0

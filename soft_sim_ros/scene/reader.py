@@ -6,7 +6,7 @@ Reading a mapping is a list of declarations::
     length = reader.number("length", POSITIVE)
     frame = reader.choice("frame", ("world", "body"), default="world")
 
-Whatever is wrong becomes a SceneError with file, line, key path, value and what was expected.
+Every fault becomes a SceneError with file, line, key path, value and what was expected.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Classical models of a rod as choices of active strains, stiffnesses and rotary inertia.
 
-One rod, A chapter 3: what a model forbids is not computed, and the wrench component that forbids it
-is a reaction.
+Curvilinear Systems 2006, chapter 3: strains that a model forbids are not computed, and the wrench
+components that enforce this are reactions.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ BENDING = ("bend_y", "bend_z")
 
 @dataclass(frozen=True)
 class RodModel:
-    """What a model of a rod lets change, and what resists.
+    """The strains that a model of a rod allows, and its resistance to them.
 
     strains : components that can change; the others keep their reference values and the wrench
         components conjugate to them are reactions

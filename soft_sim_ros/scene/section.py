@@ -34,7 +34,7 @@ class Section:
     length: float
     material: Material
     cross_section: CrossSection
-    reference: Reference = Reference()
+    reference: Reference = Reference()  # noqa: RUF009 - it is immutable
     shear_correction: tuple[float, float] | None = None
     model: RodModel = COSSERAT
     given: Given = field(default_factory=Given)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -57,7 +58,7 @@ def _square(sides: int) -> Floats:
     """Return the edge (sides, 2) of the square [-1, 1]², its corners among the points."""
     corners = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [1.0, 1.0]])
     step = np.arange(sides // 4)[:, None] / (sides // 4)
-    edges = zip(corners[:-1], corners[1:], strict=True)
+    edges = itertools.pairwise(corners)
     return np.concatenate([a + (b - a) * step for a, b in edges])
 
 
@@ -105,8 +106,9 @@ def stations(rod: Rod, paths: list[Path], count: int) -> Stations:
         inner = {begin + (end - begin) * i / pieces for i in range(1, pieces)}
         inner |= {begin + (end - begin) * x for x in section.kinks}
         inner |= {s for s in marks if begin < s < end}
-        for s in [begin, *sorted(inner), end]:
-            items.append(Station(s, section, (s - begin) / (end - begin)))
+        items += [
+            Station(s, section, (s - begin) / (end - begin)) for s in [begin, *sorted(inner), end]
+        ]
     return Stations(rod, tuple(items))
 
 

@@ -82,7 +82,7 @@ class Scenery:
         for number, load in enumerate(scene.loads):
             self._load(number, load)
         for number, part in enumerate((slice(3, 6), slice(0, 3))):
-            self._arrow("external_wrench", number, 0, lambda s, p=part: s.wrench[p], part.start > 0)
+            self._arrow("external_wrench", number, 0, _wrench(part), part.start > 0)
         self._frames = Frames(simulation.compiled, simulation.q, self._spots)
         self._at = np.array([at for at, _ in self._fixed], dtype=np.int64)
         self._yz = np.array([yz for _, yz in self._fixed]).reshape(-1, 2, 1)
@@ -141,8 +141,8 @@ class Scenery:
         shape = Shape(group, number, shapes.LINE_STRIP, scale, colour, len(at))
         begin = len(self._fixed)
         self._fixed += zip(at, np.concatenate(places)[:, 1:].tolist(), strict=True)
-        own, full = slice(begin, len(self._fixed)), self._efforts[number] or 1.0
-        self.parts.append(Line(shape, own, Shade(number, full)))
+        here, full = slice(begin, len(self._fixed)), self._efforts[number] or 1.0
+        self.parts.append(Line(shape, here, Shade(number, full)))
 
     def _load(self, number: int, load: Load) -> None:
         if isinstance(load, PointLoad):
@@ -167,6 +167,13 @@ class Scenery:
         )
         unit = self._weight * (1.0 if is_force else self._length)
         self.parts.append(Arrow(shape, at, vector, unit, LONGEST * self._length))
+
+
+def _wrench(part: slice) -> Vector:
+    def now(state: State) -> Floats:
+        return state.wrench[part]
+
+    return now
 
 
 def _scheduled(load: Load, vector: Floats, at: int) -> Vector:

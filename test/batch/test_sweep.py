@@ -27,7 +27,7 @@ def test_a_list_goes_through_all_lists_together(sweep):
 
 
 def test_lists_of_different_lengths_do_not_go_together(sweep):
-    with pytest.raises(SceneError, match="has 2.*has 1"):
+    with pytest.raises(SceneError, match=r"has 2.*has 1"):
         read_sweep(sweep(f"combine: list\nparameters:\n  {E}: [1e6, 2e6]\n  {L}: [0.1]\n"))
 
 
@@ -62,7 +62,7 @@ def test_the_digest_changes_with_everything_that_changes_the_outcome(sweep, scen
 
 
 @pytest.mark.parametrize(
-    "text, key",
+    ("text", "key"),
     [
         (f"parameters:\n  {E}: []\n", f"parameters.{E}"),
         ("parameters:\n  'a b': [1]\n", "parameters.a b"),

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from soft_sim_ros import read_run
-from soft_sim_ros.commands import rerun as module
-from soft_sim_ros.commands.rerun import Rerun
+from soft_sim_ros.experiments import resimulation as module
+from soft_sim_ros.experiments.resimulation import Rerun
 from soft_sim_ros.recording.cdr import encode_floats, encode_string
 from soft_sim_ros.recording.topics import recorded_topics
 from soft_sim_ros.recording.writer import BagWriter

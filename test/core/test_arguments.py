@@ -116,7 +116,7 @@ def test_neither_can_one_be_switched_to(arm):
     path = tip_wrench(arm, BENT)
     with pytest.raises(ValueError, match="offset must be a finite number above zero"):
         switch(arm, path, point, within=(0.0, 1.0), offset=0.0)
-    with pytest.raises(ValueError, match="starts at the load 0.5, not within"):
+    with pytest.raises(ValueError, match=r"starts at the load 0.5, not within"):
         switch(arm, path, point, within=(1.0, 2.0))
 
 

@@ -158,7 +158,7 @@ bodies:
       - {{name: s, length: 0.5, material: m, cross_section: {{shape: circle, radius: 0.01}}}}
 numerics: {{tolerance: {value}}}
 """
-    with pytest.raises(SceneError, match="numerics.tolerance"):
+    with pytest.raises(SceneError, match=r"numerics.tolerance"):
         parse_scene(text, "scene.yaml")
 
 

@@ -97,7 +97,7 @@ def test_a_tolerance_of_the_orientation_is_met_too():
 @pytest.mark.parametrize("value", [{"orientation": 1e-3}, {"position": 1e-3, "orientation": 0},
                                    {"position": 1e-3, "angle": 1e-3}])  # fmt: skip
 def test_a_tolerance_of_the_orientation_alone_or_of_nothing_is_refused(value):
-    with pytest.raises(SceneError, match="numerics.tolerance"):
+    with pytest.raises(SceneError, match=r"numerics.tolerance"):
         kicked({"tolerance": value})
 
 

@@ -180,7 +180,7 @@ def test_ramps_that_meet_are_not_refused_for_round_off(schedule):
 
 @pytest.mark.parametrize("step", ["1e300", "1e10", "1.1e6", "1e-10", ".inf", DIGITS])
 def test_a_step_that_time_cannot_count_is_refused(step):
-    with pytest.raises(SceneError, match="numerics.step"):
+    with pytest.raises(SceneError, match=r"numerics.step"):
         parse_scene(f"bodies: [{{joint: j, kind: free}}]\nnumerics: {{step: {step}}}")
 
 

@@ -149,7 +149,7 @@ def test_the_discrete_system_is_the_continuous_one_at_its_instants():
     np.testing.assert_allclose(sampled.A, expected[0], atol=1e-9 * np.abs(expected[0]).max())
     np.testing.assert_allclose(sampled.B, expected[1], atol=1e-9 * np.abs(expected[1]).max())
     np.testing.assert_allclose(sampled.static_gain(), system.static_gain(), atol=1e-6)
-    with pytest.raises(ValueError, match="has a step of 0.02 s already"):
+    with pytest.raises(ValueError, match=r"has a step of 0.02 s already"):
         sampled.discrete(0.1)
     with pytest.raises(ValueError, match="above zero"):
         system.discrete(0.0)

@@ -30,7 +30,7 @@ def rod(kind: str = "legendre", elements: int = 1, **numerics):
     return scene_of(document)
 
 
-@pytest.mark.parametrize("kind, elements", KINDS)
+@pytest.mark.parametrize(("kind", "elements"), KINDS)
 def test_the_finer_model_shows_the_same_strains(kind, elements):
     arm = Dynamics(rod(kind, elements))
     fine = finer(arm)
@@ -43,7 +43,7 @@ def test_the_finer_model_shows_the_same_strains(kind, elements):
         assert strain(fine.compiled, "rod", after, s) == pytest.approx(wanted, abs=1e-12)
 
 
-@pytest.mark.parametrize("kind, elements", KINDS)
+@pytest.mark.parametrize(("kind", "elements"), KINDS)
 def test_with_the_same_nodes_it_has_the_same_poses_and_twists(kind, elements):
     # with other nodes it has those of other nodes: the strains are the same, quadrature is not
     arm = Dynamics(rod(kind, elements, nodes=13))

@@ -58,7 +58,7 @@ def rolled(turns, bending=3, other=1):
 @pytest.mark.filterwarnings("ignore::soft_sim_ros.errors.UndampedFlutter")
 def test_what_is_too_coarse_is_not_called_buckling():
     coarse, moment = rolled(2.0)
-    with pytest.raises(StaticsFailed, match="too coarse.*bend_z 5.*nodes of rod all") as failure:
+    with pytest.raises(StaticsFailed, match=r"too coarse.*bend_z 5.*nodes of rod all") as failure:
         equilibrium(coarse, tip=moment, tip_follows=True)
     assert "buckles" not in str(failure.value) and "flutters" not in str(failure.value)
     fine, _ = rolled(2.0, 5, 3)

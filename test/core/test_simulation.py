@@ -168,7 +168,7 @@ def test_an_unheld_hinge_is_named_where_an_equilibrium_is_asked_for():
     document = rod_document(gravity=(0, 0, -9.81), strains=["bend_y"])
     document["bodies"].insert(0, {"joint": "turntable", "kind": "revolute", "axis": [0, 0, 1]})
     document["initial"] = {"state": "equilibrium"}
-    with pytest.raises(StaticsFailed, match="initial.positions.turntable"):
+    with pytest.raises(StaticsFailed, match=r"initial.positions.turntable"):
         Simulation(scene_of(document))
 
 

@@ -193,5 +193,5 @@ def test_first_order_jacobian_is_the_derivative():
 
 @pytest.mark.parametrize("error", [0.0, 1.0, -1e-6])
 def test_an_error_that_cannot_be_meant_is_refused(error):
-    with pytest.raises(SceneError, match="options.error"):
+    with pytest.raises(SceneError, match=r"options.error"):
         Simulation(scene_of(arm(options={"error": error})))

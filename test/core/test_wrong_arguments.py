@@ -285,5 +285,5 @@ def test_a_step_made_by_hand_is_checked_as_one_that_is_read(step):
     from dataclasses import replace
 
     scene = scene_of(document())
-    with pytest.raises(SceneError, match="numerics.step"):
+    with pytest.raises(SceneError, match=r"numerics.step"):
         Simulation(replace(scene, numerics=replace(scene.numerics, step=step)))

@@ -29,7 +29,7 @@ def test_every_example_runs(page, tmp_path, monkeypatch):
         elif kind == "python":
             exec(compile(block, f"{page}.md, example {number}", "exec"), names)
         else:
-            for line in block.splitlines():
+            for line in block.replace("\\\n", " ").splitlines():
                 if line.startswith(RUN):
                     assert main(shlex.split(line.removeprefix(RUN))) == 0, line
                 else:

@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import rclpy
 from rclpy.experimental import EventsExecutor
@@ -43,7 +43,7 @@ def wait_for(condition: Callable[[], Any], what: str, timeout: float = 10.0) -> 
 class Program:
     """A program of this package in a process of its own."""
 
-    _all: list[subprocess.Popen] = []
+    _all: ClassVar[list[subprocess.Popen]] = []
 
     @classmethod
     def count(cls) -> int:

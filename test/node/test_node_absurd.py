@@ -10,12 +10,12 @@ from peer import simulator, wait_for
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 
-from soft_sim_ros.commands.rerun import Rerun
 from soft_sim_ros.core.accuracy.watch import WatchedInputs
 from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import Diverged
+from soft_sim_ros.experiments.resimulation import Rerun
 from soft_sim_ros.recording.reader import read_run
 from soft_sim_ros.scene import load_scene, packaged_scenes, parse_scene
 
@@ -77,8 +77,12 @@ def test_what_a_recording_says_of_the_bounds_is_what_was_in_force():
     assert (again.moment, again.force) == (found.moment, found.force)
     assert Bounds.recorded(SCENE, {}).force == np.inf, "as before there were any"
     for text in ("[[1]]", "[[NaN, 1], [0, 1]]", '"x"', "{"):
-        with pytest.raises(ValueError):
+        with pytest.raises(ValueError, match="effort_limits"):
             Bounds.recorded(SCENE, {"effort_limits": text})
+    for name in ("moment_limit", "force_limit"):
+        for text in ("x", "nan", "-1", ""):
+            with pytest.raises(ValueError, match=name):
+                Bounds.recorded(SCENE, {name: text})
 
 
 class Stubborn(Simulation):

@@ -40,7 +40,7 @@ def pacer_at(time, factor):
     return pacer
 
 
-@pytest.mark.parametrize("factor, real", [(1.0, 100), (2.0, 50), (0.5, 200)])
+@pytest.mark.parametrize(("factor", "real"), [(1.0, 100), (2.0, 50), (0.5, 200)])
 def test_simulated_time_takes_its_real_time_divided_by_the_factor(time, factor, real):
     pacer = pacer_at(time, factor)
     for t in range(2, 101, 2):

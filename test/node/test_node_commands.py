@@ -108,7 +108,7 @@ def test_efforts_beyond_the_limits_are_cut_and_said(bench):
 
 
 @pytest.mark.parametrize(
-    "topic, message, complaint",
+    ("topic", "message", "complaint"),
     [
         ("command", Float64MultiArray(data=[0.2]), "~/command: 1 efforts for 2 actuators"),
         (

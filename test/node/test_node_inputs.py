@@ -103,7 +103,7 @@ def test_limits_cut_and_say_so(arm):
 
 
 @pytest.mark.parametrize(
-    "call, message",
+    ("call", "message"),
     [
         (lambda i: i.command([0.1]), "1 efforts for 2 actuators (pitch, yaw)"),
         (lambda i: i.command([np.nan, np.inf]), "not finite: pitch = nan, yaw = inf"),
@@ -126,7 +126,7 @@ def test_a_bad_order_is_refused_whole(arm, call, message):
 
 
 @pytest.mark.parametrize(
-    "name, frame", [("", "world"), ("plate", "world"), ("tip", "tip"), ("elbow", None)]
+    ("name", "frame"), [("", "world"), ("plate", "world"), ("tip", "tip"), ("elbow", None)]
 )
 def test_a_wrench_is_dead_in_the_frame_of_the_poses_and_follows_in_the_frame_tip(name, frame):
     if frame:
@@ -136,7 +136,9 @@ def test_a_wrench_is_dead_in_the_frame_of_the_poses_and_follows_in_the_frame_tip
             wrench_frame(name, "plate")
 
 
-@pytest.mark.parametrize("timeout, ramp", [(-1.0, 0.0), (0.0, float("nan")), (float("inf"), 0.0)])
+@pytest.mark.parametrize(
+    ("timeout", "ramp"), [(-1.0, 0.0), (0.0, float("nan")), (float("inf"), 0.0)]
+)
 def test_times_must_be_finite_and_not_negative(arm, timeout, ramp):
     with pytest.raises(ValueError, match="expected a finite number, zero or more"):
         Inputs(arm, timeout, ramp)

@@ -13,8 +13,8 @@ from std_msgs.msg import String
 from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import CommandError
-from soft_sim_ros.node.joint_commands import joint_message_order
 from soft_sim_ros.recording.decode import JointState as Decoded
+from soft_sim_ros.recording.orders import joint_message_order
 from soft_sim_ros.recording.reader import read_run
 from soft_sim_ros.scene import load_scene
 
@@ -87,7 +87,7 @@ def test_ros2_control_hardware_drives_the_arm_and_its_timeouts_begin_when_it_lea
     assert told.index("sender_left: ~/joint_command") < told.index("command_timeout: pitch, yaw")
     assert "refused" not in program.text
     assert program.end() == 0, program.text
-    from soft_sim_ros.commands.rerun import Rerun
+    from soft_sim_ros.experiments.resimulation import Rerun
 
     compared = Rerun(read_run(folder / "run")).compare()
     assert compared.identical, compared
@@ -105,7 +105,7 @@ def order_of(inputs, lasting=False, *, name, **fields):
 
 
 @pytest.mark.parametrize(
-    "effort, channels, values",
+    ("effort", "channels", "values"),
     [
         ([0.1, 0.2], [0, 1], [0.1, 0.2]),
         ([NAN, 0.2], [1], [0.2]),
@@ -119,7 +119,7 @@ def test_nan_is_no_command_for_that_joint(inputs, effort, channels, values):
 
 
 @pytest.mark.parametrize(
-    "fields, complaint",
+    ("fields", "complaint"),
     [
         ({"name": JOINTS, "effort": [0.1]}, "1 efforts for 2 names"),
         ({"name": JOINTS}, "0 efforts for 2 names"),

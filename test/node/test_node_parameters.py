@@ -52,7 +52,7 @@ def test_every_parameter_is_described_and_bounded_and_read_only_unless_live(node
 
 
 @pytest.mark.parametrize(
-    "override, name, nearest",
+    ("override", "name", "nearest"),
     [
         ("publish_rte:=10.0", "publish_rte", "publish_rate"),
         ("realtime_factor:=1.0", "realtime_factor", "real_time_factor"),
@@ -67,7 +67,7 @@ def test_an_unknown_override_is_refused_by_name_with_the_nearest_known_one(
 
 
 @pytest.mark.parametrize(
-    "override, message",
+    ("override", "message"),
     [
         ("publish_rate:=fast", "publish_rate = 'fast': expected a number"),
         ("publish_rate:=0.0", "publish_rate = 0.0: expected 0.1 to 10000"),
@@ -113,7 +113,7 @@ def test_live_parameters_change_and_others_do_not(node_with):
 
 
 @pytest.mark.parametrize(
-    "arguments, message",
+    ("arguments", "message"),
     [
         (("--ros-args", "-p", "recrod:=/tmp/x"), "unknown parameter 'recrod'"),
         (("--ros-args", "-p", "scene:=no_such_arm"), "no_such_arm"),
@@ -157,7 +157,7 @@ def test_a_parameter_without_its_flag_is_refused(words, capsys):
 
 
 @pytest.mark.parametrize(
-    "text, node, told",
+    ("text", "node", "told"),
     [
         ("soft_arm: {ros__parameters: {poses: 9}}", "/soft_arm", False),
         ("/soft_arm: {ros__parameters: {poses: 9}}", "/soft_arm", False),

@@ -14,9 +14,9 @@ from rosgraph_msgs.msg import Clock
 
 from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.core.simulation.inputs import Inputs
-from soft_sim_ros.node.commands import read_order
 from soft_sim_ros.node.publishers import message_class
 from soft_sim_ros.recording.cdr import encode_string
+from soft_sim_ros.recording.orders import read_order
 from soft_sim_ros.recording.reader import read_run
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import ALL, INPUTS, OUTPUTS, resolve

@@ -188,7 +188,7 @@ def test_the_replay_refuses_on_one_line_too(refused, words):
 
 
 @pytest.mark.parametrize(
-    "variable, value",
+    ("variable", "value"),
     [
         ("ROS_DOMAIN_ID", "abc"),
         ("ROS_DOMAIN_ID", "100000"),

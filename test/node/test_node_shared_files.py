@@ -46,7 +46,7 @@ def entry(node, *lines):
 
 @pytest.mark.parametrize("pattern", ["/**", "/*"])
 @pytest.mark.parametrize(
-    "line, name",
+    ("line", "name"),
     [
         ("robot_description: <robot/>", "robot_description"),
         ("update_rate: 100", "update_rate"),
@@ -73,7 +73,7 @@ def test_what_is_for_other_nodes_of_a_stack_is_passed_over(read, pattern, line, 
 
 
 @pytest.mark.parametrize(
-    "line, nearest",
+    ("line", "nearest"),
     [
         ("pose: 9", "poses"),
         ("Poses: 9", "poses"),
@@ -92,7 +92,7 @@ def test_a_misspelt_name_of_ours_is_refused_in_a_shared_file_too(read, line, nea
 
 
 @pytest.mark.parametrize(
-    "text, words",
+    ("text", "words"),
     [
         (entry("soft_arm", "robot_description: x"), ()),
         (entry("/**", "poses: 9"), ("-p", "robot_description:=x")),

@@ -100,5 +100,5 @@ def test_a_frame_that_is_none_of_the_scene_is_refused_with_those_there_are(tf2):
     from soft_sim_ros.node.tip_frame import ArmFrames
     from soft_sim_ros.scene import load_scene
 
-    with pytest.raises(ParameterError, match="shoulder, elbow_motor, elbow, gripper.*'elbo'"):
+    with pytest.raises(ParameterError, match=r"shoulder, elbow_motor, elbow, gripper.*'elbo'"):
         ArmFrames(Ear(), load_scene("mixed_chain"), "world", "elbo", 0, nobody)

@@ -66,6 +66,8 @@ def test_version_is_the_same_everywhere():
     version = soft_sim_ros.__version__
     assert MANIFEST.findtext("version") == version
     assert re.search(r'version="([^"]+)"', (ROOT / "setup.py").read_text())[1] == version
+    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    assert cited[1] == version
     newest = re.search(r"^(\d+\.\d+\.\d+) \(", (ROOT / "CHANGELOG.rst").read_text(), re.MULTILINE)
     assert newest[1] == version
 

@@ -1,6 +1,7 @@
 """A-1: arbitrary reference curves and data that vary along them, as tables, functions, formulas."""
 
 import csv
+import itertools
 
 import numpy as np
 import pytest
@@ -267,7 +268,7 @@ def test_functions_converge_exponentially_with_the_order():
     """∫ ds/GJ through a strain of order p: each two orders win a factor."""
     stiffness = {"expression": "1 / (0.4 + 0.3 * sin(8.0 * s))"}
     errors = [abs(twist_angle(stiffness, order=p) - SHAFT_ANGLE) for p in (2, 4, 6, 8)]
-    assert all(b < a / 5 for a, b in zip(errors[:-1], errors[1:], strict=True)), errors
+    assert all(b < a / 5 for a, b in itertools.pairwise(errors)), errors
     assert twist_angle(stiffness) == pytest.approx(SHAFT_ANGLE, rel=1e-12)
 
 
@@ -282,7 +283,7 @@ def test_lumped_mass_converges_exponentially_with_the_nodes():
         )
         base = dynamics.internal_wrench(np.zeros(dynamics.n)).before[0]
         errors.append(np.abs([-base[5], base[1]] - exact).max())
-    assert all(b < a / 20 for a, b in zip(errors[:-1], errors[1:], strict=True)), errors
+    assert all(b < a / 20 for a, b in itertools.pairwise(errors)), errors
 
 
 def test_a_table_of_straight_lines_cuts_the_rod_where_it_bends():

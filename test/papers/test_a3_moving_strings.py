@@ -79,7 +79,7 @@ def test_a_chain_of_links_kinks_however_many_they_are():
 
 def test_a_string_that_folds_is_refused_not_followed_blindly():
     simulation = string(0.0, order=3, step=1e-3)
-    with pytest.raises(Diverged, match="half a turn within one segment|compressed"):
+    with pytest.raises(Diverged, match=r"half a turn within one segment|compressed"):
         simulation.advance(4000)
     assert 0.5 < simulation.time < 4.0
     damped = string(0.0, order=3, step=1e-3, drag=2.0)

@@ -241,7 +241,7 @@ def test_the_numpy_module_needs_numpy_only_and_gives_the_same_numbers(tmp_path, 
     source = as_python(derivation)
     assert "sympy" not in source
     names: dict = {}
-    exec(compile(source, "derived.py", "exec"), names)  # noqa: S102
+    exec(compile(source, "derived.py", "exec"), names)
     g = random_point(3)
     extra = {"R": 0.7} if derivation.parameters else {}
     expected = derivation.function()(*g.values(), **extra)

@@ -95,5 +95,5 @@ def test_tangents_know_loads_along_a_link():
 
 def test_places_beyond_a_link_are_refused():
     load = {"point": "p", "body": "link", "s": 1.5, "force": FORCE}
-    with pytest.raises(SceneError, match="s = 1.5"):
+    with pytest.raises(SceneError, match=r"s = 1.5"):
         scene_of(document([BODY], loads=[load]))

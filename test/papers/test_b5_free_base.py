@@ -210,5 +210,5 @@ def test_a_free_body_has_no_equilibrium_and_the_error_says_what_to_hold():
 
     document = flyer(gravity=[0, 0, -9.81])
     document["initial"] = {"state": "equilibrium"}
-    with pytest.raises(StaticsFailed, match="initial.positions.base"):
+    with pytest.raises(StaticsFailed, match=r"initial.positions.base"):
         Simulation(scene_of(document))

@@ -308,7 +308,7 @@ def test_only_rods_with_the_material_have_branches():
 
 
 def test_port_hamiltonian_form_refuses_branches_by_name():
-    with pytest.raises(SceneError, match="materials.soft.maxwell") as caught:
+    with pytest.raises(SceneError, match=r"materials.soft.maxwell") as caught:
         PortHamiltonian(scene_of(document()))
     assert caught.value.value == "{ratio: 1.5, time: 0.2}"
 

@@ -203,7 +203,7 @@ def test_many_small_chunks_are_split_too_so_that_their_index_stays_small(
 def test_a_recording_is_never_overwritten(record, tmp_path: Path) -> None:
     directory, _ = record(steps=2)
     before = (directory / "swing_0.mcap").read_bytes()
-    with pytest.raises(RecordingError, match="already holds a recording .swing_0.mcap."):
+    with pytest.raises(RecordingError, match=r"already holds a recording .swing_0.mcap."):
         BagWriter(directory, recorded_topics("/soft_arm"))
     assert (directory / "swing_0.mcap").read_bytes() == before
 

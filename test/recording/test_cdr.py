@@ -121,7 +121,7 @@ def test_a_buffer_forgets_the_message_before() -> None:
 
 
 def test_a_buffer_refuses_another_number_of_poses() -> None:
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match="broadcast"):
         cdr.PoseArrayBuffer("world", 3).fill(0, np.zeros((2, 7)))
 
 

@@ -140,11 +140,11 @@ def test_names_from_outside_cannot_draw_or_rewrite_anything(tmp_path):
 def test_summaries_and_machines_that_are_none_are_typed_errors(tmp_path, text):
     data = text.encode("latin-1")
     directory = write(tmp_path / "run", attachments={"machine.json": data})
-    with pytest.raises(RecordingError, match="holds a machine.json that is"):
+    with pytest.raises(RecordingError, match=r"holds a machine.json that is"):
         write_report(directory)
     other = write(tmp_path / "other")
     (other / "summary.json").write_bytes(data)
-    with pytest.raises(RecordingError, match="summary.json: is"):
+    with pytest.raises(RecordingError, match=r"summary.json: is"):
         write_report(other)
 
 

@@ -74,7 +74,7 @@ def test_what_is_not_a_recording_is_refused_with_what_was_found(tmp_path: Path, 
 
 def test_a_file_that_is_not_mcap_is_refused(tmp_path: Path) -> None:
     (tmp_path / "x.mcap").write_bytes(b"SQLite format 3\0" * 10)
-    with pytest.raises(RecordingError, match="x.mcap: is not an MCAP file"):
+    with pytest.raises(RecordingError, match=r"x.mcap: is not an MCAP file"):
         read_run(tmp_path / "x.mcap")
 
 
@@ -101,7 +101,7 @@ def test_a_bag_in_another_storage_is_refused(tmp_path: Path) -> None:
 def test_a_missing_part_is_named(record) -> None:
     directory, _ = record(steps=1500, split_bytes=400_000)
     (directory / "swing_0.mcap").unlink()
-    with pytest.raises(RecordingError, match="metadata.yaml names swing_0.mcap, which is not"):
+    with pytest.raises(RecordingError, match=r"metadata.yaml names swing_0.mcap, which is not"):
         read_run(directory)
 
 
@@ -113,7 +113,7 @@ def test_several_arms_in_one_bag_are_told_apart_by_node(tmp_path: Path) -> None:
     bag.add(names.index("/left/arm/backbone"), 0, buffer.fill(0, np.zeros((2, 7))))
     bag.add(names.index("/right/arm/backbone"), 0, buffer.fill(0, np.ones((2, 7))))
     bag.close()
-    with pytest.raises(RecordingError, match="several arms .*/left/arm/backbone, /right/arm/back"):
+    with pytest.raises(RecordingError, match=r"several arms .*/left/arm/backbone, /right/arm/back"):
         read_run(tmp_path / "two")
     assert read_run(tmp_path / "two", node="/right/arm").backbone.poses.max() == 1.0
     assert read_run(tmp_path / "two", node="/left/arm").backbone.poses.max() == 0.0
@@ -126,7 +126,7 @@ def test_messages_that_change_shape_are_refused_with_their_topic(tmp_path: Path)
         bag.write("backbone", 0, PoseArrayBuffer("world", 2).fill(0, np.zeros((2, 7))))
         bag.write("backbone", 1, PoseArrayBuffer("world", 3).fill(1, np.zeros((3, 7))))
     run = read_run(tmp_path / "odd")
-    with pytest.raises(RecordingError, match="/arm/backbone: .* message 1 of 2 differs in size"):
+    with pytest.raises(RecordingError, match=r"/arm/backbone: .* message 1 of 2 differs in size"):
         run.backbone  # noqa: B018
 
 

@@ -121,7 +121,9 @@ def test_killed_at_any_change_of_the_disk_it_can_be_done_again(torn, tmp_path, k
         kills += made < 0
         # nothing pretends to be the recording while its files are on their way
         if (out / PENDING).exists():
-            with pytest.raises(RecordingError, match="its recovery was cut short: `recover .*run|"):
+            with pytest.raises(
+                RecordingError, match=r"its recovery was cut short: `recover .*run|"
+            ):
                 read_run(out)
         try:
             recover(source, out)

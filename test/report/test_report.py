@@ -131,7 +131,7 @@ def test_an_empty_recording_still_gives_a_page(tmp_path: Path) -> None:
 
 def test_a_broken_summary_is_named(turning: Path) -> None:
     (turning / "summary.json").write_text("{not json")
-    with pytest.raises(RecordingError, match="summary.json: is not JSON"):
+    with pytest.raises(RecordingError, match=r"summary.json: is not JSON"):
         write_report(turning)
 
 
@@ -211,7 +211,11 @@ def test_csv_tables_hold_exactly_what_was_recorded(turning: Path, tmp_path: Path
         "inputs.csv",
     }
     table = np.genfromtxt(written["backbone.csv"], delimiter=",", names=True)
-    assert table.dtype.names[:9] == ("time", *(f"{n}0" for n in "x y z qx qy qz qw".split()), "x1")
+    assert table.dtype.names[:9] == (
+        "time",
+        *(f"{n}0" for n in ["x", "y", "z", "qx", "qy", "qz", "qw"]),
+        "x1",
+    )
     values = np.array(table.tolist())
     np.testing.assert_array_equal(values[:, 0], run.backbone.time)
     np.testing.assert_array_equal(

@@ -25,7 +25,7 @@ resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
 from pathlib import Path
 from soft_sim_ros.batch.programme import read_programme
 from soft_sim_ros.batch.sweep import read_sweep
-from soft_sim_ros.commands.experiment import read_motion
+from soft_sim_ros.experiments.motions import read_motion
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.recording.reader import read_run
 from soft_sim_ros.scene import load_scene
@@ -159,11 +159,11 @@ def test_arrays_that_unpack_to_too_much_or_promise_it_are_refused(tmp_path, monk
     monkeypatch.setattr(files, "MOST_ARRAYS", 1_000_000)
     packed = npz(tmp_path / "b.npz", x=header((250_000,)) + bytes(2_000_000))
     assert packed.stat().st_size < 10_000
-    with pytest.raises(UnfitFile, match="unpacks to 20001.. bytes: expected at most 1000000"):
+    with pytest.raises(UnfitFile, match=r"unpacks to 20001.. bytes: expected at most 1000000"):
         read_npz(packed)
     for content in (b"", b"PK\x03\x04", b"x" * 100):
         (tmp_path / "c.npz").write_bytes(content)
-        with pytest.raises(UnfitFile, match="is no .npz file"):
+        with pytest.raises(UnfitFile, match=r"is no .npz file"):
             read_npz(tmp_path / "c.npz")
     np.savez_compressed(tmp_path / "d.npz", x=np.arange(3.0))
     assert read_npz(tmp_path / "d.npz")["x"].tolist() == [0.0, 1.0, 2.0]
@@ -173,5 +173,5 @@ def test_a_table_that_is_no_table_is_refused(tmp_path):
     path = tmp_path / "commands.csv"
     for content in (b"time,a\n0,\xff\xfe\n", b"time,a\n" + b"9" * 200_000 + b",1\n", b'time,a\n"0'):
         path.write_bytes(content)
-        with pytest.raises((UnfitFile, ProgrammeError), match="commands.csv.*expected"):
+        with pytest.raises((UnfitFile, ProgrammeError), match=r"commands.csv.*expected"):
             read_programme(path, ["a"], [0.0])

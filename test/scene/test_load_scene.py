@@ -78,7 +78,7 @@ def test_every_way_to_write_a_million_is_a_million(written):
     "written", ["on", "true", "0x10", "1:30", "'5'", ".nan", "~", "[5]", "5 Pa"]
 )
 def test_words_that_yaml_turns_into_numbers_are_none_here(written):
-    with pytest.raises(SceneError, match="young_modulus = .*expected a number > 0"):
+    with pytest.raises(SceneError, match=r"young_modulus = .*expected a number > 0"):
         parse_scene(MINIMAL.replace("1e6", written))
 
 

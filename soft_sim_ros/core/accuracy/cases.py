@@ -1,4 +1,4 @@
-"""What loads and actuators can do to an arm: the cases of statics that its space has to show."""
+"""Static load cases that the discretisation of an arm must resolve: loads and actuators."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.refine.space_error import Forcing, newton, static_error
 
-# What has no limits turns the tip by half a turn at most, or moves it so far over the length, by
-# small motion; a wrench that nobody knows yet moves it by PUSH.
+# An actuator without limits is assumed to turn the tip by half a turn, or to move it by this part
+# of the length, in linear theory; a wrench not known beforehand is assumed to move it by PUSH.
 TURN, WAY, PUSH = np.pi, 1.5, 0.3
 DRAWN = 2  # corners beside the highest and the lowest
 TIMES = 3  # at which loads act differently, at most
-# Loads grow in so many steps; what cannot be reached so is no case. Motion within PERIOD s is held
-# by inertia where nothing else does.
+# Loads grow in this many steps; a case not reached by them is dropped. Coordinates without
+# stiffness are held by their inertia, as in a motion of PERIOD s.
 PARTS, PERIOD = (1, 4, 16), 2.0
 
 
@@ -26,7 +26,7 @@ class Case:
 
     Parameters
     ----------
-    forcing : what acts
+    forcing : loads, efforts and tip wrench
     q : (n,) the equilibrium of some model of the scene
     """
 
@@ -35,7 +35,7 @@ class Case:
 
 
 def cases(dynamics: Dynamics) -> list[Forcing]:
-    """Return what may act on an arm: the same at every call.
+    """Return the forcings that may act on an arm, the same ones at every call.
 
     At rest with safe efforts, whenever scheduled loads act; all actuators at their upper and lower
     limits and at corners drawn between; a push at the tip in two directions.
@@ -94,7 +94,7 @@ def _held(dynamics: Dynamics) -> Floats:
 
 
 def _corner(dynamics: Dynamics, signs: Floats, turns: Floats, ways: Floats) -> Floats:
-    """Return efforts (A,) at the limits, or what moves the tip enough where there are none."""
+    """Return efforts (A,) at the limits, or without limits, those that move the tip enough."""
     length = dynamics.compiled.length
 
     def most(how: Floats) -> Floats:
@@ -115,7 +115,7 @@ def _corner(dynamics: Dynamics, signs: Floats, turns: Floats, ways: Floats) -> F
 def _pushes(dynamics: Dynamics) -> list[Floats]:
     """Return wrenches (6,) at the tip, along world axes: two oblique forces that move it by PUSH.
 
-    An arm that does not yield gets none.
+    None for an arm that is rigid.
     """
     if not dynamics.n:
         return []

@@ -1,13 +1,13 @@
 """The accuracy contract: a scene names a tolerance, the solver chooses how to meet it.
 
-Chosen is what the scene leaves free: the error of the integrator's steps, and for every rod its
+Whatever the scene leaves open is chosen: the error of the integrator's steps, and for every rod its
 elements, the order of every strain and the number of nodes. A run is made with a choice and with a
 finer *companion*: a tenth of the error of a step, two more orders, half as many segments again.
 Where they differ by more than the tolerance, each of the three is refined alone, which shows whose
 the error is, and the choice is refined there. Where they agree, a third run that is finer still,
 with elements cut in two, shows how much better than the run its companion is: with that comes the
-estimate (convergence.py), of the motion, against the continuum, and no sum of local errors. They
-are compared at every step of the scene, however seldom states are published.
+estimate (convergence.py), of the error of the motion against the continuum, not a sum of
+local errors. Runs are compared at every step of the scene, independent of the publish rate.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from .convergence import SLOWEST, accuracy, factor
 from .drive import Drive
 from .search import LIMIT, Search, Spent, Verdict
 
-# Given up after so many refinements, or so many in a row that gain less than a factor GAIN: motion
-# without damping may depend on everything.
+# The search gives up after this many refinements, or this many in a row that gain less than a
+# factor GAIN: undamped motion may be sensitive to every refinement.
 ROUNDS, PATIENCE, GAIN = 12, 3, 1.5
-# Tips so far apart, over the length, have nothing to do with each other: then it counts how much
-# longer a choice holds than the one before, once it holds for a part SEEN of the run.
+# Tips this far apart (over the length) are unrelated. A choice is then judged by how much longer it
+# stays within the tolerance than the one before, once it does so for a part SEEN of the run.
 LOST, SEEN = 0.1, 0.02
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What meets a tolerance, and how well.
+    """Numerics that meet a tolerance, and their estimated errors.
 
-    scene : the scene with nothing left free, also in its source
+    scene : the scene with complete numerics, also in its source
     estimate : of the tip's largest error in the drive, over the length
     rounds : how often the choice was refined
     angle : estimate of the largest error of the tip's orientation in rad
@@ -58,24 +58,24 @@ class Choice:
 
 
 def draft(scene: Scene) -> Scene:
-    """Return a scene with a first guess of what it leaves free: its kernels are the same."""
+    """Return a scene completed by a first guess; it needs the same kernels."""
     tolerance = scene.numerics.tolerance
     if not scene.numerics.free:
         return scene
     if tolerance is None:
-        from .unwritten import first_guess  # which takes what is here
+        from .unwritten import first_guess  # it imports this module
 
         return first_guess(scene)
     return replace(scene, numerics=replace(Refinement(scene, tolerance).first(), free=Free()))
 
 
 def settled(scene: Scene, say: Callable[[str], None] = lambda text: None) -> Scene:
-    """Return a scene in which nothing is left free, chosen by a probe where something was.
+    """Return a scene with complete numerics; those it leaves open are chosen by a test run.
 
-    ``say`` is told in words what is tried.
+    ``say`` receives messages about the search.
     """
     if scene.numerics.free and scene.numerics.tolerance is None:
-        from .unwritten import settle_unwritten  # which takes what is here
+        from .unwritten import settle_unwritten  # it imports this module
 
         return settle_unwritten(scene).scene
     return choose(scene, say=say).scene if scene.numerics.free else scene
@@ -87,13 +87,13 @@ def choose(
     say: Callable[[str], None] = lambda text: None,
     limit: float = LIMIT,
 ) -> Choice:
-    """Choose what a scene with a tolerance leaves free.
+    """Choose the numerics that a scene with a tolerance leaves open.
 
     Parameters
     ----------
     scene : with ``numerics.tolerance``
-    drive : the run to be made; None: a probe, for commands that nobody knows yet
-    say : told in words what is tried
+    drive : the run to be made; None: a test run, since commands are not known beforehand
+    say : receives messages about the search
     limit : of the work of all runs that are made (search.py)
 
     Raises
@@ -122,7 +122,7 @@ def choose(
 def _look(
     search: Search, scene: Scene, found: list[Verdict], say: Callable[[str], None]
 ) -> Choice | None:
-    """Refine until the tolerance is met, or give up; ``found`` is what was tried."""
+    """Refine until the tolerance is met, or give up; ``found`` collects the trials."""
     numerics, excess, stuck, lost = search.rules.first(), float("inf"), 0, 0
     for rounds in range(ROUNDS):
         before = excess
@@ -162,7 +162,7 @@ def _choice(scene: Scene, verdict: Verdict, rounds: int) -> Choice:
 
 
 def _missed(scene: Scene, found: list[Verdict]) -> tuple[str, float, float, str, float]:
-    """Return what an error says: of the choice that holds for the longest time."""
+    """Return the message of an error, about the choice that holds for the longest time."""
     tolerance = scene.numerics.tolerance or 0.0
     if not found:
         first = Refinement(scene, tolerance).first()

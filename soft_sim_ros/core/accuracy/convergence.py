@@ -1,9 +1,9 @@
-"""How far off a run is, told by two runs that are finer.
+"""Estimate of the error of a run from two finer runs.
 
-With r for the contraction, the distance of the finer two over that of the coarser two, the finest
-is off by about r / (1 − r) of the distance to the one before. So the coarsest is off by no more
-than its distance to the finest, and that. A companion that is hardly better than the run has r near
-one, and makes the estimate large.
+Let r be the contraction: the distance between the two finer runs over that between the two coarser
+ones. The error of the finest run is about r / (1 − r) of its distance to the middle one. So the
+error of the coarsest run is at most its distance to the finest plus that. If refinement hardly
+helps, r is near one and the estimate is large.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.refine.space_error import apart
 
-SAFETY = 1.25  # neither is the finest the continuum
-SLOWEST = 0.9  # contraction from which on it is taken for this: the finest is off by nine times
-ASSUMED = 1.0 / 3.0  # contraction where nobody has looked
-NOISE = 0.03  # of what is allowed: distances below this tell nothing of the contraction
+SAFETY = 1.25  # the finest run is not exact either
+SLOWEST = 0.9  # largest contraction assumed: the finest run is then off by nine times the distance
+ASSUMED = 1.0 / 3.0  # contraction where it was not measured
+NOISE = 0.03  # of the tolerance: smaller distances say nothing about the contraction
 
 
 def accuracy(
     tolerance: float, error: float, orientation: float | None, angle: float
 ) -> dict[str, float]:
-    """Return what is told of a tolerance and an estimate; of orientations if they have one."""
+    """Return the message about a tolerance and an estimate, with orientations if there are any."""
     told = {"tolerance": tolerance, "error_rel": error}
     if orientation is None:
         return told
@@ -56,7 +56,7 @@ def bound(near: Floats, far: Floats, between: Floats) -> Floats:
 
 
 def contraction(near: Floats, between: Floats) -> Floats:
-    """Return what is left of a distance where both runs are refined, at most SLOWEST."""
+    """Return the contraction of a distance when both runs are refined, at most SLOWEST."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(between > 0.0, between / near, 0.0)
     return np.minimum(ratio, SLOWEST)

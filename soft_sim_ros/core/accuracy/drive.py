@@ -1,4 +1,4 @@
-"""A run that is known beforehand: efforts over steps, and when to look at the arm."""
+"""A run known beforehand: efforts over steps, and when the arm is compared."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from soft_sim_ros.core.floats import Floats, Ints
 from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.core.simulation.simulation import Simulation
 
-# A probe takes two periods of the slowest motion, within these bounds in s. It holds the arm at
+# A test run takes two periods of the slowest motion, within these bounds in s. It holds the arm at
 # corners of what its actuators can do, then shakes it.
 SHORTEST, LONGEST = 0.4, 4.0
 CORNERS, PUSHES = 3, 8
@@ -54,7 +54,7 @@ class Drive:
             index = stop
 
     def looks(self, step: int) -> bool:
-        """Whether to look at the arm after so many steps."""
+        """Whether the arm is compared after this many steps."""
         return step % self.every == 0 or step == self.last
 
     def looking(self) -> Drive:
@@ -95,7 +95,7 @@ class Drive:
 
 
 def probe(simulation: Simulation) -> Drive:
-    """Return a run for an arm whose commands are not known yet: its actuators bend and shake it.
+    """Return a test run for an arm with unknown commands: its actuators bend and shake it.
 
     All go to their upper limits, then to corners drawn between both, then to efforts drawn between
     the limits; the same ones at every call. Without a limit, it is what would move the tip by SWAY
@@ -133,7 +133,7 @@ def _sway(simulation: Simulation, duration: float) -> Floats:
     dynamics, q = simulation.dynamics, simulation.q
     if not simulation.n_actuators or not simulation.n_coordinates:
         return np.zeros(simulation.n_actuators)
-    # inertia holds what has no stiffness, in so short a time
+    # for so short a time, coordinates without stiffness are held by inertia
     held = dynamics.stiffness_matrix() + dynamics.mass_matrix(q) * (2.0 * np.pi / duration) ** 2
     moves = np.asarray(np.linalg.solve(held, dynamics.effort_matrix(q)), np.float64)
     turns, ways = (np.linalg.norm(x, axis=1).max(axis=0) for x in dynamics.tip_ways(moves, q))

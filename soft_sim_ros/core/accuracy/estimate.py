@@ -1,11 +1,11 @@
-"""What a run knows about its own error in time.
+"""Estimate of the error of a run in time.
 
-Two things can go wrong with a step: it shows the motion inexactly, or it does not show it at all.
-A companion with another method and a quarter of the step reveals the first. It does not reveal the
-second: two runs that both damp out a fast vibration agree with each other. But a vibration that the
-method damped out, or made, is missing from the energy ledger, or too much in it, and so much energy
-can carry the tip only so far (``Balance``). The estimate is the sum of both, against the limit of
-small steps; the basis and the nodes are not judged.
+A step may resolve a motion inaccurately, or not at all. A companion with another method and a
+quarter of the step reveals the first error. It does not reveal the second: two runs that both damp
+out a fast vibration agree with each other. But the energy of a vibration that the method damped out
+(or generated) is missing (or in excess) in the energy ledger, and this energy bounds the motion of
+the tip (``Balance``). The estimate is the sum of both, relative to the limit of small steps; errors
+of basis and nodes are not included.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from soft_sim_ros.errors import EnergyGained, Inaccurate
 PART = 4
 COMPANION = {"sdirk3": "sdirk4"}
 OTHERS = "sdirk3"
-# Twice their difference: right even where the error falls no faster than the root of the step.
+# Twice their difference: enough even if the error falls only with the square root of the step.
 SAFETY = 2.0
 # A motion of angular frequency ω is shown, at least by the companion, while ω h is below this.
 SHOWN = 2.0
 GAIN_ALLOWED = 0.1
-MODES_CHECKED = 300  # beyond this many coordinates all motion is taken as slow, and not to decay
+MODES_CHECKED = 300  # with more coordinates, all motion is taken as slow and undamped
 
 
 def hidden_motion(dynamics: Dynamics, q: Floats, step: float) -> tuple[float, float]:
-    """Return what motion too fast for ``step`` in s can do: its reach in m/√J and decay in 1/s.
+    """Return reach in m/√J and decay in 1/s of motion that is too fast for ``step`` in s.
 
     Of free motion about q without loads, M ẍ + R ẋ + K x = 0. The reach is the largest displacement
     J Σ φᵢ aᵢ of a tip with ½ Σ ωᵢ² aᵢ² = 1 over the modes with ω h ≥ SHOWN: √(2 λ), λ the largest
@@ -77,10 +77,10 @@ def _reach(yields: Floats) -> float:
 
 
 class Balance:
-    """What the energy ledger says about the steps so far.
+    """Error estimate from the energy ledger.
 
-    What is missing from the ledger is a motion too fast for the step; it would have died away at
-    least as fast as the slowest of these does, so that is what it is forgotten at.
+    Energy missing from the ledger belongs to motion too fast for the step. That motion would have
+    decayed at least as fast as its slowest mode, so the estimate is forgotten at that rate.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ class Balance:
         self.hidden = self.gain = self.turned = 0.0
 
     def update(self) -> None:
-        """Look at the ledger. The more often, the more work is seen that is taken back later."""
+        """Read the ledger. More frequent calls also see work that is returned later."""
         time, ledger = self._simulation.time, self._simulation.ledger()
         change = ledger - self._last
         fading = float(np.exp(-self._decay * (time - self._time)))
@@ -137,7 +137,7 @@ class Estimated:
     ----------
     error_rel : largest estimate so far of the tip's error over the length: twice
         ``difference_rel``, the distance of the two tips, and ``hidden_rel``, that of Balance
-    gained_rel : energy from nowhere over the energy turned over: the rise of the ledger's residual,
+    gained_rel : spurious energy over the energy turned over: the rise of the ledger's residual,
         as far as the arm did hold more energy than the companion's (the rest is the ledger's own
         error, of heat within a step for instance)
     ledger_gain_rel : the same without regard to the companion
@@ -160,7 +160,7 @@ class Estimated:
         self.ledger_gain_rel = 0.0
 
     def follow(self, steps: int) -> None:
-        """Let the companion follow ``steps`` steps that the simulation has made, and look.
+        """Advance the companion by ``steps`` steps that the simulation has made, and compare.
 
         The efforts that the simulation holds now must have acted in all of them.
 
@@ -171,7 +171,7 @@ class Estimated:
         Inaccurate
             if the estimate is beyond the limit
         EnergyGained
-            if there is a limit, and more than GAIN_ALLOWED of the energy is from nowhere
+            if there is a limit, and more than GAIN_ALLOWED of the energy is spurious
         """
         self.companion.set_efforts(self.simulation.ports()[2])
         self.companion.advance(PART * steps)

@@ -19,14 +19,14 @@ from .drive import Drive, probe
 
 SHARE = 0.25  # of the tolerance, for each of time, order and nodes
 # What all runs of a search may cost: evaluations of the residual, times segments, times degrees of
-# freedom and those of a rigid body. No clock: the same scene gets the same choice on any machine.
-# About 5e7 to 1e8 a second, so a minute or two; a look at the tip counts LOOK.
+# freedom and those of a rigid body. Independent of the clock, so a scene gets the same numerics on
+# any machine. About 5e7 to 1e8 per second, so a minute or two; a comparison of tips counts LOOK.
 LIMIT, LOOK = 5.0e9, 2000.0
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is known of a choice.
+    """The estimates for a choice of numerics.
 
     error, angle : estimates of the tip's error, over the length and in rad
     excess : the larger one, over what is allowed
@@ -45,14 +45,14 @@ class Verdict:
 
 @dataclass(frozen=True)
 class _Trial:
-    """A run: poses (looks, 7) of its tip, and what the highest orders of a strain may move."""
+    """A run: poses (looks, 7) of its tip, and the effect of the highest orders of each strain."""
 
     poses: Floats
     top: dict[tuple[str, str], float]
 
 
 class Spent(Exception):
-    """The search has used up what it may cost."""
+    """The search has used up its budget."""
 
 
 class Search:
@@ -62,7 +62,7 @@ class Search:
     ----------
     scene : with a tolerance
     drive : the run to be made; None: a probe
-    say : told in words what is tried
+    say : receives messages about the search
     limit : of the work of all trials
 
     Attributes
@@ -123,7 +123,7 @@ class Search:
         }
         if self.failure is not None:  # no run, no error to look at
             return rules.all_finer(numerics)
-        # a companion that contracts little shows a part of the error only
+        # with slow contraction the companion shows only a part of the error
         hidden = 1.0 / (1.0 - min(0.8, verdict.contraction or 0.0))
         excess = {name: hidden * self._excess(numerics, finer) for name, finer in parts.items()}
         space = self._trial(parts["space"])

@@ -1,4 +1,4 @@
-"""Inputs of a run that say how far off its tip is in space: by looks, or by a finer companion."""
+"""Inputs that estimate the spatial error of a run: by single checks, or by a finer companion."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from soft_sim_ros.core.simulation.orders import Order
 from soft_sim_ros.core.simulation.simulation import Simulation
 from soft_sim_ros.errors import NotResolved, SolverError
 
-BEAT = 1.0  # s between two looks of a run whose end nobody knows
-# A look may be half of the error that builds up; of written numerics, nobody has seen a motion yet.
+BEAT = 1.0  # s between two checks of a run of unknown length
+# A check may show half of the error that builds up; written numerics were not tried in any motion.
 UNSEEN = 2.0
-LARGE = 600  # coordinates beyond which nobody looks
+LARGE = 600  # no checks beyond this many coordinates
 
 
 def has_space(simulation: Simulation) -> bool:
-    """Whether there is a rod to be shown more finely, and whether a look at it is short."""
+    """Whether the scene has a rod that can be refined, and a check is cheap."""
     return bool(simulation.compiled.chain.rods) and 0 < simulation.n_coordinates <= LARGE
 
 
@@ -34,12 +34,12 @@ class SpaceInputs(Inputs):
     Parameters
     ----------
     simulation, command_timeout, ramp, bounds : as for Inputs
-    complain : told once in words when the estimate is beyond the limit
+    complain : receives one message when the estimate exceeds the limit
 
     Attributes
     ----------
-    space_rel : largest estimate since the last reset, over the length; NaN where nobody looked
-    space_limit : beyond which somebody is told
+    space_rel : largest estimate since the last reset, over the length; NaN before a check
+    space_limit : beyond which a warning is given
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class SpaceInputs(Inputs):
 
 
 class _Seen(NamedTuple):
-    """What a look needs: the arguments of `motion_error`."""
+    """The data of a check: the arguments of `motion_error`."""
 
     q: Floats
     v: Floats
@@ -117,7 +117,7 @@ class LookedInputs(SpaceInputs):
         super().__init__(simulation, command_timeout, ramp, complain, bounds)
         # a model of its own: what steps need of the simulation's is not touched
         self._model = Dynamics(simulation.compiled)
-        finer(self._model)  # made now, not in the middle of a run
+        finer(self._model)  # compiled before the run, not during it
         self._later = later
         self._seen: _Seen | None = None
         self._beat = max(1, round(beat * 1e9 / simulation.step_ns))
@@ -126,7 +126,7 @@ class LookedInputs(SpaceInputs):
         self._tips = simulation.tips()
         self._start, self._moved = self._tips.poses()[:, :3].copy(), 0.0
         if later:
-            self.look()  # once before the run: kernels that it needs are compiled now
+            self.look()  # once before the run, so that its kernels are compiled
 
     def advance(self, steps: int) -> None:
         """Advance by ``steps``, and look if it is time."""
@@ -142,7 +142,7 @@ class LookedInputs(SpaceInputs):
         self.catch_up()
 
     def catch_up(self) -> None:
-        """Look at what was seen last, if nobody has yet; one thread at a time."""
+        """Check the state kept last, if it was not checked yet; one thread at a time."""
         seen, self._seen = self._seen, None
         if seen is None:
             return
@@ -150,7 +150,7 @@ class LookedInputs(SpaceInputs):
         self._note(self._doubtful * error)
 
     def _see(self) -> None:
-        """Keep the state of now."""
+        """Keep the present state."""
         simulation = self.simulation
         self._last = simulation.step_index
         elapsed = (simulation.step_index - self._began) * simulation.step_ns * 1e-9
@@ -200,7 +200,7 @@ class AccompaniedInputs(SpaceInputs):
         if self.space_rel == np.inf:
             return
         try:
-            # an interrupt may have kept the companion behind
+            # after an interrupt the companion may be behind
             self._shadow.advance(self.simulation.step_index - self.companion.step_index)
         except SolverError:
             self._note(np.inf)
@@ -220,7 +220,7 @@ class AccompaniedInputs(SpaceInputs):
 
 
 def acting(simulation: Simulation) -> Forcing:
-    """Return what acts on a simulation now, in world axes or in those of the tip."""
+    """Return the present forcing of a simulation, along world axes or those of the tip."""
     efforts, wrench, follows = simulation.held()
     return Forcing(efforts, simulation.time, 1.0, wrench, follows)
 

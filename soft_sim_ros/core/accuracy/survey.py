@@ -1,4 +1,4 @@
-"""How far off the tip is in space where loads and actuators can take an arm, and in a motion."""
+"""Spatial error of the tip in the load cases of an arm and in a short motion."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ class Survey:
 
     @property
     def certain(self) -> float:
-        """The largest that no command is needed for."""
+        """The largest estimate of those that need no command."""
         return max(self.rest, self.motion)
 
 
 def survey(simulation: Simulation, q: np.ndarray | None) -> Survey | None:
-    """Look at an arm; None if it has too many coordinates for a look that is short.
+    """Estimate the errors for an arm; None if it has too many coordinates to be quick.
 
     q : (n,) the equilibrium with safe efforts, if there is one
     """
     dynamics = simulation.dynamics
     if not dynamics.compiled.chain.rods or not 0 < dynamics.n <= MOST:
         return None
-    # known pushes only: a wrench that nobody has announced is judged when it comes
+    # known forces only: other wrenches are judged during the run
     known = [forcing for forcing in cases(dynamics) if forcing.tip is None]
     corners = max((error_of(dynamics, forcing)[0] for forcing in known), default=0.0)
     rest = 0.0 if q is None else static_error(dynamics, q, acting(simulation))

@@ -1,9 +1,9 @@
-"""What a scene is solved with that says nothing about numerics: the tip is right to 1e-3.
+"""Numerics for scenes without any: the tip is right to 1e-3 of the length.
 
-Chosen once, by statics where loads and actuators can take the arm (cases.py), each against a finer
-model, and by a short motion, against a companion that is finer in space and in time. The integrator
-is ``adaptive``: it keeps its error whatever the stiffness, where any fixed step would have to be
-searched for.
+They are chosen once: by equilibria in the load cases of cases.py, each against a finer model, and
+by a short motion against a companion that is finer in space and time. The integrator is
+``adaptive``: it controls its error for any stiffness, while a fixed step would have to be searched
+for.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ SHORT = 1.0  # s of the motion that is looked at
 
 @dataclass(frozen=True)
 class Settled:
-    """What was chosen for a scene without numerics.
+    """The numerics chosen for a scene without numerics.
 
-    scene : with nothing left free, also in its source
+    scene : with complete numerics, also in its source
     error_rel : estimate of the tip's error over the length, in all that was tried
     """
 
@@ -53,7 +53,7 @@ _KNOWN: WeakKeyDictionary[Scene, Settled] = WeakKeyDictionary()
 
 
 def is_unwritten(scene: Scene) -> bool:
-    """Whether a scene leaves everything free, not asking for a tolerance either."""
+    """Whether a scene names neither numerics nor a tolerance."""
     return bool(scene.numerics.free) and scene.numerics.tolerance is None
 
 
@@ -63,7 +63,7 @@ def first_guess(scene: Scene) -> Scene:
 
 
 def settle_unwritten(scene: Scene) -> Settled:
-    """Choose, once, what an unwritten scene is solved with."""
+    """Choose the numerics of a scene that has none."""
     if scene not in _KNOWN:
         _KNOWN[scene] = _search(scene)
     return _KNOWN[scene]
@@ -94,7 +94,7 @@ def _first(scene: Scene) -> Numerics:
 
 
 def _by_statics(scene: Scene, rules: Refinement, numerics: Numerics) -> tuple[Numerics, float]:
-    """Return numerics whose equilibria are right, and what they are still off by."""
+    """Return numerics that resolve the equilibria, and their estimated error."""
     found: dict[int, tuple[Dynamics, Floats]] = {}
     worst = 0.0
     for _ in range(ROUNDS):
@@ -125,7 +125,7 @@ def _by_statics(scene: Scene, rules: Refinement, numerics: Numerics) -> tuple[Nu
 
 
 def _by_motion(scene: Scene, rules: Refinement, numerics: Numerics) -> tuple[Numerics, float]:
-    """Return numerics that show a short motion, and what they are still off by."""
+    """Return numerics that resolve a short motion, and their estimated error."""
     drive: Drive | None = None
     best = numerics, np.inf
     for _ in range(MOTIONS):
@@ -143,7 +143,7 @@ def _by_motion(scene: Scene, rules: Refinement, numerics: Numerics) -> tuple[Num
 
 
 class _Enough(Exception):
-    """A motion has taken all the work it may."""
+    """A motion has used up its budget."""
 
 
 def companions_apart(one: Simulation, other: Simulation, drive: Drive) -> tuple[float, Floats]:

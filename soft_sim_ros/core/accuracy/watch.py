@@ -28,7 +28,7 @@ class WatchedInputs(Inputs):
     Parameters
     ----------
     simulation, command_timeout, ramp, bounds : as for Inputs; the scene has a tolerance
-    complain : told once in words when the estimate is beyond the tolerance
+    complain : receives one message when the estimate exceeds the tolerance
 
     Attributes
     ----------
@@ -37,8 +37,8 @@ class WatchedInputs(Inputs):
         from where the companion gave up
     error_rad : the same of the tip's orientation, in rad
     orientation : its tolerance in rad; None if the scene has none
-    trust : what the distance of the two is multiplied by: from the search that chose the numerics,
-        which saw how much better companions get; assumed if nothing was searched
+    trust : factor from the distance of the two to the estimate, measured by the search that chose
+        the numerics; assumed if there was no search
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class WatchedInputs(Inputs):
         )
 
     def withdraw(self) -> list[str]:
-        """Drop what is in force of both; the companion first comes to where the other gave up."""
+        """Withdraw the inputs of both; the companion first advances to where the other failed."""
         dropped = super().withdraw()
         if dropped and self.error_rel < np.inf:
             try:
@@ -155,7 +155,7 @@ def inputs_of(
 ) -> Inputs:
     """Return inputs with a companion if the scene has a tolerance, with looks otherwise.
 
-    Looks are made where somebody calls their `catch_up`.
+    Checks are made by the caller of `catch_up`.
     """
     if simulation.scene.numerics.tolerance is None:
         if not has_space(simulation):

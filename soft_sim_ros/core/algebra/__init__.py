@@ -1,1 +1,1 @@
-"""SE(3), dual numbers and small matrices, and what of them moves in a plane."""
+"""SE(3), dual numbers and small matrices, in space and in a plane."""

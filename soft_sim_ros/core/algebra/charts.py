@@ -1,10 +1,10 @@
-"""Rotation vectors without end: the change of chart that keeps them away from a full turn.
+"""Rotation vectors for any number of turns: a change of chart keeps them below a full turn.
 
-A rotation vector w and (1 − 2π/|w|) w are the same rotation. At |w| = 2π, where all of these
-vectors mean no rotation at all, T(w) is singular; so a vector longer than 4π/3 is replaced by the
+A rotation vector w and (1 − 2π/|w|) w are the same rotation. At |w| = 2π, the identity,
+T(w) is singular; so a vector longer than 4π/3 is replaced by the
 other one, shorter than 2π/3. The margin between the two keeps motions near half a turn from
-changing back and forth. What changes is the coordinates, not the motion, and it depends on the
-state alone.
+changing back and forth. The change concerns coordinates, not the motion, and depends on the
+state only.
 """
 
 import math

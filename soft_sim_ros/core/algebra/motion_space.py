@@ -1,4 +1,4 @@
-"""In which directions anything can move: in space, or in a plane of the base frame."""
+"""The directions in which a model can move: in space, or in a plane of the base frame."""
 
 from typing import NamedTuple
 
@@ -7,14 +7,14 @@ from soft_sim_ros.core.backend.structs import struct
 
 @struct
 class Spatial(NamedTuple):
-    """Motion in space. The type of ``Model.space`` tells kernels what can move at all."""
+    """Motion in space. The type of ``Model.space`` tells kernels which components can move."""
 
     components: tuple[int, ...] = (0, 1, 2, 3, 4, 5)  # components of twists that may not vanish
 
 
 @struct
 class PlaneXY(NamedTuple):
-    """Motion in the x-y plane of the base frame: kernels skip all that vanishes."""
+    """Motion in the x-y plane of the base frame: kernels skip components that vanish."""
 
     components: tuple[int, ...] = (2, 3, 4)
 

@@ -70,8 +70,8 @@ def row_product(x, i, y, j):
 def add_entries(model, k, begin, factor, hessian, turned, block):
     """Add factor times φᵀ H φ of segment k to its block (m, padded m).
 
-    hessian (12, 12) between strains at the Gauss points, transposed: row 6g + c is what all forces
-    do when strain c at Gauss point g changes. turned (12, padded m): scratch.
+    hessian (12, 12) between strains at the Gauss points, transposed: row 6g + c is the change of
+    all forces per unit of strain c at Gauss point g. turned (12, padded m): scratch.
     """
     clear(turned, 12)
     for e in range(model.entry_ptr[k], model.entry_ptr[k + 1]):

@@ -4,7 +4,7 @@ For Ω = ω + εv and x = Ω·Ω: exp Ω = 1 + c₁ Ω× + c₂ Ω×Ω×,  T(Ω)
 T(Ω) dΩ), with the
 Stumpff functions c_k(x) = Σ_j (−x)^j / (2j+k)!. They obey c_k = 1/k! − x c_{k+2} and dc_k/dx = (k
 c_{k+2} − c_{k+1})/2, so
-neither a small nor a large angle needs a special case in what is built on them.
+formulas built on them need no special case for small or large angles.
 """
 
 import math
@@ -88,7 +88,8 @@ def stumpff(x):
 def stumpff_lanes(x, out, b):
     """Keep (c0 … c9) of four x ≥ 0 in row b of out (…, 40).
 
-    The largest says how: the others may differ in round-off from what they are alone.
+    The largest x selects the method for all four; the others may differ in round-off from
+    ``stumpff`` of them alone.
     """
     largest = largest_lane(x)
     if largest < SERIES_LIMIT:

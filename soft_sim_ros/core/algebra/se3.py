@@ -92,7 +92,7 @@ def inverse(g: Floats) -> Floats:
     return out
 
 
-def Ad(g: Floats) -> Floats:  # noqa: N802
+def Ad(g: Floats) -> Floats:
     """Return Ad_g (6, 6): body twist of a frame to the twist in the frame g is given in."""
     r = g[:3, :3]
     out = np.zeros((6, 6))
@@ -110,7 +110,10 @@ def ad(x: Floats) -> Floats:
 
 
 def coad(x: Floats) -> Floats:
-    """Return ad_xᵀ (6, 6): B (3.6), acting on wrenches; (coad(x) Λ)·y = Λ·[x, y]."""
+    """Return ad_xᵀ (6, 6), acting on wrenches: (coad(x) Λ)·y = Λ·[x, y].
+
+    Boyer & Primault 2005 (3.6).
+    """
     return ad(x).T
 
 

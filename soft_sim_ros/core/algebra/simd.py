@@ -1,10 +1,10 @@
 """Four numbers of four segments side by side, in one register.
 
-Most of what a sweep computes of a segment — its exponential, its tangent map, the force dual to
-it — knows nothing of its neighbours. A value of type ``Lanes`` holds one number of four of them,
-and the algebra of dual.py, compiled for it, works on four segments in the instructions of one.
-Every lane has the bits that the same operations on single numbers have, on any processor: vectors
-are cut in pieces where registers are shorter.
+Most of what a sweep computes for a segment (its exponential, its tangent map, the force dual to it)
+does not depend on other segments. A value of type ``Lanes`` holds one number of four of them, and
+the algebra of dual.py, compiled for it, treats four segments with the instructions for one. Every
+lane gives the same bits as single numbers would, on any processor: vectors are split where
+registers are shorter.
 
 Arrays keep a row for every segment. Four rows are read and written in blocks of four by four
 numbers, which are transposed in registers; the last rows are repeated where there are fewer.
@@ -61,7 +61,7 @@ def _splat(builder: Any, number: Any) -> Any:
 
 
 def _vector(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """Return a vector of what is one or a number."""
+    """Return a vector, made from a vector or from one number."""
     if kind is LANES:
         return value
     return _splat(builder, context.cast(builder, value, kind, types.float64))
@@ -108,7 +108,7 @@ def _negate(_context, builder, _sig, args):
 
 
 @_intrinsic
-def fused(context, factor, b, c):  # noqa: ARG001
+def fused(context, factor, b, c):
     """Return factor · b + c, rounded once; factor: a number or lanes."""
 
     def generate(context, builder, sig, args):
@@ -121,7 +121,7 @@ def fused(context, factor, b, c):  # noqa: ARG001
 
 
 @_intrinsic
-def lanes_of(context, values):  # noqa: ARG001
+def lanes_of(context, values):
     """Return a tuple of lanes, of lanes and numbers."""
 
     def generate(context, builder, sig, args):
@@ -172,7 +172,7 @@ def _transposed(builder: Any, rows: list[Any]) -> list[Any]:
 
 
 @_intrinsic
-def four(context, array, rows, at):  # noqa: ARG001
+def four(context, array, rows, at):
     """Return numbers ``at`` … ``at + 3`` of four rows as four lanes."""
 
     def generate(context, builder, sig, args):
@@ -188,7 +188,7 @@ def four(context, array, rows, at):  # noqa: ARG001
 
 
 @_intrinsic
-def keep(context, array, rows, at, values):  # noqa: ARG001
+def keep(context, array, rows, at, values):
     """Write lanes, or numbers for all of them, as numbers ``at``, ``at + 1`` … of four rows.
 
     At least four; the last four may overlap others.
@@ -212,7 +212,7 @@ def keep(context, array, rows, at, values):  # noqa: ARG001
 
 
 @_intrinsic
-def each(context, array, rows, at):  # noqa: ARG001
+def each(context, array, rows, at):
     """Return number ``at`` of four rows."""
 
     def generate(context, builder, sig, args):
@@ -228,7 +228,7 @@ def each(context, array, rows, at):  # noqa: ARG001
 
 
 @_intrinsic
-def one(context, array, row, at):  # noqa: ARG001
+def one(context, array, row, at):
     """Return the lanes that lie together from number ``at`` of a row on."""
 
     def generate(context, builder, sig, args):
@@ -239,7 +239,7 @@ def one(context, array, row, at):  # noqa: ARG001
 
 
 @_intrinsic
-def keep_one(context, array, row, at, value):  # noqa: ARG001
+def keep_one(context, array, row, at, value):
     """Write lanes together from number ``at`` of a row on."""
 
     def generate(context, builder, sig, args):
@@ -252,7 +252,7 @@ def keep_one(context, array, row, at, value):  # noqa: ARG001
 
 
 @_intrinsic
-def lane(context, value, i):  # noqa: ARG001
+def lane(context, value, i):
     """Return one of four lanes."""
 
     def generate(context, builder, sig, args):

@@ -1,4 +1,4 @@
-"""Reading and writing dual vectors so that what cannot move in a plane is a literal zero.
+"""Reading and writing dual vectors; components that vanish in a plane are literal zeros.
 
 The algebra of dual.py is written once, for space. A planar chain uses it through these functions,
 which are compiled for the type of ``model.space``: components that vanish are constants there, the
@@ -22,7 +22,7 @@ Mask = tuple[bool, bool, bool]
 
 
 def per_space(stub: Any) -> Callable[[Any], None]:
-    """Compile ``stub`` as what a factory returns for the axes of turning and of moving."""
+    """Compile ``stub`` by a factory, given the axes of rotation and those of translation."""
 
     def register(factory: Any) -> None:
         made: dict[Any, Any] = {}

@@ -93,9 +93,9 @@ def follow(
     -----
     A step is shortened where the branch turns by more than 0.3 rad or Newton's method fails; if
     it cannot be made, the branch so far is returned with ``ended_by`` = "refused: …". What is
-    stable is what ``equilibrium`` calls so; special points are static, where flutter begins is seen
-    from ``unstable`` only. Unlike in ``equilibrium``, nobody asks whether basis and nodes are fine
-    enough for the branch: where it bends much, compare with a higher order.
+    stable is what ``equilibrium`` calls so. Special points are static ones; the onset of flutter is
+    seen from ``unstable`` only. Unlike in ``equilibrium``, the discretisation is not checked: if
+    the branch bends much, compare with a higher order.
     """
     curve = Curve(dynamics, path, within)
     _check(curve, load, steps=steps, step=step, max_step=max_step, tolerance=tolerance)

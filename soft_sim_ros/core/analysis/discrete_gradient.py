@@ -1,6 +1,6 @@
-"""A method in time that keeps the structure of C (1.44): Gonzalez' discrete gradient.
+"""A method in time that keeps the port-Hamiltonian structure: Gonzalez' discrete gradient.
 
-(1.45) then holds for every step, to round-off.
+The structure is Dynamics of Soft Robots (1.44). (1.45) then holds for every step, to round-off.
 """
 
 from __future__ import annotations
@@ -35,7 +35,10 @@ HELP = "(a shorter one, or an integrator of numerics, shows it)"
 
 
 class Balance(NamedTuple):
-    """Energies in J of a step or a motion: stored = supplied − dissipated, C (1.45)."""
+    """Energies in J of a step or a motion: stored = supplied − dissipated.
+
+    Dynamics of Soft Robots (1.45).
+    """
 
     stored: float
     supplied: float
@@ -43,7 +46,7 @@ class Balance(NamedTuple):
 
 
 class DiscreteGradient:
-    """Steps of a port-Hamiltonian system with the structure of C (1.44).
+    """Steps of a port-Hamiltonian system with the structure of Dynamics of Soft Robots (1.44).
 
     Parameters
     ----------

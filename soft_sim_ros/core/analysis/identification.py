@@ -1,9 +1,9 @@
-"""Parameters of a model from a recorded motion: least squares, and what the data can tell of them.
+"""Parameters of a model from a recorded motion: least squares, with confidence intervals.
 
-In x = log(p / p₀) for p₀ > 0, else x = p / |p₀| + 1, the squares of measured − predicted(x) are
-made least by Gauss–Newton steps within a trust region. With J = ∂predicted/∂x and σ² the variance
-of what is left, the covariance of x is σ² (JᵀJ)⁻¹; directions along which it is not small, or not
-finite, are named and not believed.
+In x = log(p / p₀) for p₀ > 0, else x = p / |p₀| + 1, the sum of squares of measured − predicted(x)
+is minimised by Gauss–Newton steps within a trust region. With J = ∂predicted/∂x and σ² the variance
+of the residuals, the covariance of x is σ² (JᵀJ)⁻¹. Directions along which it is large or infinite
+are reported as not determined by the data.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from soft_sim_ros.errors import SolverError
 
 STEP = 1e-3  # of x, in central differences: errors of 1e-6, far above the noise of the solver
 FARTHEST = np.log(1e4)  # parameters stay within this factor of where they started
-# Of the largest singular value: what holds directions that the data say nothing of, or little at
-# the beginning, when a short time is fitted first.
+# Regularisation, relative to the largest singular value, of directions that the data do not
+# determine or (while only the first instants are fitted) determine badly.
 PRIOR, STAGE_PRIOR = 1e-6, 1e-2
 STAGES = (32, 16, 8, 4, 2)
 BLIND = 1e-4  # of the largest singular value: below it a direction is lost in the differences
@@ -33,18 +33,18 @@ Predict = Callable[[Floats, int], Floats]
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Parameters, and how well the data know them.
+    """Parameters, and how well the data determine them.
 
     Parameters
     ----------
     names : (p,)
     values : (p,) estimates
-    intervals : (p, 2) confidence intervals; 0 or −∞ to ∞ where the data do not know
+    intervals : (p, 2) confidence intervals; 0 or −∞ to ∞ where the data do not determine them
     confidence : their probability, if the model is right and its errors are independent
     correlation : (p, p) of the estimates
     unknown : directions (p,) in x along which the data say too little: a change of x by one, a
         factor e, is within the interval
-    rms : root mean square of what is left, in units of the data
+    rms : root mean square of the residuals, in units of the data
     observations : how many numbers were fitted
     evaluations : how many predictions were made
     """
@@ -60,7 +60,7 @@ class Fit:
     evaluations: int
 
     def warnings(self) -> list[str]:
-        """Return in words what the data cannot tell."""
+        """Return a message on parameters that the data do not determine."""
         told = []
         for direction in self.unknown:
             order = np.argsort(-np.abs(direction))
@@ -120,7 +120,7 @@ class _Problem:
     def solve(self, x: Floats, instants: int, tolerance: float, prior: float) -> Floats:
         """Return x that fits the first instants best, near x.
 
-        What moves the prediction by less than ``prior`` of what moves it most stays where it is.
+        Directions with less than ``prior`` of the largest effect on the prediction are held.
         """
         self.instants = instants
         hold = prior * np.linalg.norm(self.slope(x), 2) * np.eye(len(x))
@@ -171,7 +171,7 @@ def fit(
     The beginning is fitted first, then twice that time, and so on: swinging motion fitted as a
     whole from a poor guess would lock on a wrong number of swings.
 
-    The intervals take what is left to be noise, of equal size everywhere. Noise that lasts from
+    The intervals treat the residuals as noise, of equal size everywhere. Noise that lasts from
     one instant to the next (autocorrelation ρ > 0 at the lag of one) counts (1 + ρ)/(1 − ρ) times.
     """
     start, measured = real("start", start).copy(), real("measured", measured)
@@ -201,8 +201,8 @@ def fit(
     quantile = float(student.ppf(0.5 + 0.5 * confidence, freedom))
     columns, sizes, rows = np.linalg.svd(problem.slope(x), full_matrices=False)
     known = (sizes > BLIND * sizes[0]) & (quantile * np.sqrt(variance) < sizes)
-    # what one more step would change is not known either, however small the noise (twice, for what
-    # that step would leave)
+    # the change by one more step counts as uncertainty too, for any noise (twice, to include the
+    # steps after it)
     more = rows[known].T @ ((columns[:, known].T @ left[problem.seen]) / sizes[known])
     spread = (rows[known].T / sizes[known]) * np.sqrt(variance)  # covariance = spread spreadᵀ
     deviation = np.sqrt((spread**2).sum(axis=1))
@@ -229,7 +229,7 @@ def fit(
 
 
 def _lasting(left: Floats) -> float:
-    """Return by how much noise that lasts makes the variance of a mean larger."""
+    """Return the factor by which autocorrelated noise increases the variance of a mean."""
     series = left.reshape(len(left), -1)
     total = float(np.sum(series * series))
     if len(series) < 3 or total == 0.0:

@@ -95,7 +95,7 @@ def inverse_kinematics(
             best = point
         if best.size <= tolerance:
             break
-    if best is None:  # either it finds a way, or it says why there is none
+    if best is None:  # it returns a point or raises the reason
         best = _approach(task, task.at(starts[0], None, thorough=True))
     if best.size <= tolerance:
         reach = task.result(_ease(task, best))
@@ -177,7 +177,7 @@ def _nearer(task: Task, point: Point, radius: float) -> tuple[Point | None, floa
 
 
 def _pulled_in(task: Task, point: Point) -> Point | None:
-    """Return a point nearer to the target by one slack tendon: letting it out would do nothing.
+    """Return a point nearer to the target, reached by pulling in one slack tendon.
 
     Of those whose pull brings the tip nearer, the one that does so most directly.
     """

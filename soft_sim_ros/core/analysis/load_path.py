@@ -1,4 +1,4 @@
-"""What grows along a branch of equilibria: one number λ, and the forcing it stands for.
+"""Load paths: the parameter λ along a branch of equilibria, and the forcing it stands for.
 
 A load path is a function λ → scratch with gravity, loads, efforts and tip wrench set, as
 ``Dynamics.forcing`` returns it. These are the usual ones; any function of that kind will do.

@@ -1,4 +1,4 @@
-"""The port-Hamiltonian form C (1.44) of an arm.
+"""The port-Hamiltonian form of an arm, Dynamics of Soft Robots (1.44).
 
     d/dt (q; p) = (J − R) ∇H + G u,   y = Gᵀ ∇H,   H(q, p) = ½ pᵀ M(q)⁻¹ p + V(q),
 
@@ -44,11 +44,11 @@ class PortHamiltonian:
         self._zero = np.zeros(self.n)
 
     def momentum(self, q: Floats, v: Floats) -> Floats:
-        """Return p = M(q) q̇ (n,): C (1.38)."""
+        """Return p = M(q) q̇ (n,): Dynamics of Soft Robots (1.38)."""
         return self.dynamics.mass_matrix(q) @ self.dynamics.coordinates(v, "v")
 
     def velocity(self, q: Floats, p: Floats) -> Floats:
-        """Return q̇ = ∂H/∂p = M(q)⁻¹ p (n,): C (1.40)."""
+        """Return q̇ = ∂H/∂p = M(q)⁻¹ p (n,): Dynamics of Soft Robots (1.40)."""
         p = self.dynamics.coordinates(p, "p")
         out: Floats = cho_solve(cho_factor(self.dynamics.mass_matrix(q)), p)
         return out
@@ -58,7 +58,7 @@ class PortHamiltonian:
         return float(sum(self.dynamics.energies(q, self._zero)[1:]))
 
     def hamiltonian(self, q: Floats, p: Floats) -> float:
-        """Return H(q, p) in J: C (1.39)."""
+        """Return H(q, p) in J: Dynamics of Soft Robots (1.39)."""
         return 0.5 * float(np.dot(p, self.velocity(q, p))) + self.potential(q)
 
     def gradient(self, q: Floats, p: Floats) -> tuple[Floats, Floats]:
@@ -98,7 +98,10 @@ class PortHamiltonian:
     def rates(
         self, q: Floats, p: Floats, efforts: Floats | None = None, tau: Floats | None = None
     ) -> tuple[Floats, Floats]:
-        """Return q̇ and ṗ (n,) by C (1.44), for efforts (A,) and generalised forces tau (n,)."""
+        """Return q̇ and ṗ (n,) for efforts (A,) and generalised forces tau (n,).
+
+        Dynamics of Soft Robots (1.44).
+        """
         gradient = np.concatenate(self.gradient(q, p))
         rate = (self.structure() - self.dissipation(q)) @ gradient
         if efforts is not None:

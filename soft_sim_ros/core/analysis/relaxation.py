@@ -1,7 +1,7 @@
-"""Equilibria of arms that only their load holds: strings and cables.
+"""Equilibria of arms that are held by their load only: strings and cables.
 
-Without stiffness there is no path of equilibria from no load to the full one. The arm is let sink
-under the full load instead: steps against the residual, in the metric of the mass matrix, each
+Without stiffness there is no path of equilibria from no load to the full one. The arm sinks under
+the full load instead: steps against the residual, in the metric of the mass matrix, each
 mode at the pace of its own stiffness (whether it holds or tips), none farther than a trust region.
 """
 
@@ -74,7 +74,7 @@ def _sink(dynamics: Dynamics, q: Floats, mask: np.ndarray, forcing: tuple, time:
         trial[mask] += step * unit
         after = dynamics.residual(trial, zero, zero, dynamics.forcing(*forcing))[mask] * unit
         if not np.isfinite(after).all() or step @ after > abs(step @ residual):
-            radius = 0.25 * size  # it went over the bottom, and up the other side
+            radius = 0.25 * size  # it passed the minimum
             dynamics.residual(q, zero, zero, dynamics.forcing(*forcing))
             continue
         q, residual = trial, after

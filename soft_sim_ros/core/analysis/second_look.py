@@ -1,7 +1,8 @@
-"""A load path that ends is looked at again: by arc length, and with finer numerics.
+"""A load path that ends is followed again: by arc length, and with finer numerics.
 
-A path may turn round at a limit point and come back; a model that is too coarse winds to and fro,
-buckles or fails where the arm would not. Only what finer numerics confirm is called buckling.
+A path may turn back at a limit point and reach the full load later. A model that is too coarse may
+oscillate along the rod, buckle or fail where the arm would not. Only failures that finer numerics
+confirm are called buckling.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ STEPS, WORK = 200, 6e8
 LEVELS = 2  # how many times the numerics are made finer
 MOST = 400  # coordinates of the finer model
 SAME = 0.02  # of the share of the load at which two models end: they agree
-# what is wrong with the rod itself, however it is discretised
+# failures of the rod itself, not of its discretisation
 ITSELF = (REASONS[INVERTED], REASONS[LAWLESS])
 
 

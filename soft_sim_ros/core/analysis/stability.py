@@ -4,10 +4,10 @@ With a symmetric stiffness K the equilibrium is stable if K is positive definite
 damping are. Without symmetry (dead moments, follower loads) it is stable if no small motion
 M δq̈ + R δq̇ + K δq = 0 grows, with the damping that the scene has: the growth of ``complex_modes``.
 
-Where the scene has no damping at all, what swings as it grows is *undamped*: how much damping an
-arm has then decides, and nobody said. That is told, not refused (``statics.equilibrium``). Refused
-is what leaves without swinging; and under dead loads all λ of K x = λ M x with Re λ < 0, s² = −λ,
-since these leave whatever the damping.
+Without any damping in the scene, a growing oscillation is called *undamped*: the damping of the
+real arm would decide, and it is not known. That leads to a warning, not to an error
+(``statics.equilibrium``). Divergence without oscillation is an error; and under dead loads all λ of
+K x = λ M x with Re λ < 0, s² = −λ, since these leave whatever the damping.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from .small_motion import EPS, all_decay, is_symmetric, leaving, small_motions, 
 
 # Beyond so many coordinates motions without symmetry are looked at in the slowest directions only.
 SLOWEST = 300
-# Im s / Re s of what has grown from round-off to the size of the arm before it swings to the other
-# side: no swing is ever seen.
+# Im s / Re s of motion that grows from round-off to the size of the arm within half a period, so
+# that no oscillation is seen.
 UNSEEN = np.pi / -np.log(EPS)
 
 
 class Verdict(NamedTuple):
-    """What an equilibrium is worth.
+    """The verdict on the stability of an equilibrium.
 
     Attributes
     ----------

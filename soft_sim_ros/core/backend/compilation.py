@@ -1,4 +1,4 @@
-"""Hear of kernels that are being compiled: it happens once per machine and version."""
+"""Reports on kernels being compiled, which happens once per machine and version."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Copies of what holds arrays that kernels know by their addresses.
+"""Copies of objects whose arrays kernels know by address.
 
-A copied address still points into the original. So whatever holds one is built anew, from what
-never changes and is shared, and gets the content of the original's arrays: it goes on with the same
-bits, and neither moves the other.
+A copied address would still point into the original. So such an object is constructed again from
+its immutable, shared parts, and the content of the original's arrays is copied into it. The copy
+continues with the same bits, independent of the original.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from soft_sim_ros.errors import NotCopied
 
 
 def arrays_of(value: Any) -> Iterator[np.ndarray]:
-    """Give the arrays in nested tuples, in their order."""
+    """Yield the arrays in nested tuples, in order."""
     if isinstance(value, np.ndarray):
         yield value
     elif isinstance(value, tuple):
@@ -41,7 +41,7 @@ def pour(what: str, content: list[np.ndarray], into: Any) -> None:
 
 
 def take_rest(new: Any, old: Any, memo: dict[int, Any] | None) -> None:
-    """Give ``new`` the attributes that others hung on ``old``: deep copies if there is a memo."""
+    """Copy attributes that users added to ``old`` to ``new``; deep copies if memo is given."""
     for name, value in vars(old).items():
         if name not in vars(new):
             setattr(new, name, value if memo is None else copy.deepcopy(value, memo))

@@ -4,8 +4,8 @@ Numba keys its cache on the file of the function alone, so an edit to a function
 cached one would go unnoticed. Here the folder carries a digest of every kernel source, and lies in
 the user's cache directory, so a read-only installation works too.
 
-What lies there is run. So it is used only if nobody else can have put it there (``trusted.py``),
-and every file carries a digest of itself: what is damaged is compiled again.
+Files in it are executed. So they are used only if no other user can have written them
+(``trusted.py``), and every file carries a digest of itself: a damaged one is compiled again.
 """
 
 from __future__ import annotations
@@ -69,12 +69,12 @@ def cache_directory() -> Path:
 _complaints: list[str] = []
 _said: set[str] = set()
 _FOLDER = cache_directory()
-with suppress(OSError):  # said when something is to be kept
+with suppress(OSError):  # reported when a kernel is to be kept
     make_private(_FOLDER)  # numba would make it as open as the umask lets it
 
 
 def _say() -> None:
-    """Warn of what went wrong with the folder; of each thing once."""
+    """Warn of a problem with the folder, once per problem."""
     while _complaints:
         text = _complaints.pop()
         if text not in _said:

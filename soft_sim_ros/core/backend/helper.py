@@ -31,12 +31,12 @@ class _Names(event.Listener):
 
 
 def main() -> None:
-    """Compile what is asked for until nobody asks any more."""
+    """Compile units on request until the input ends."""
     for number in (signal.SIGINT, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # who started this process ends it
-    warnings.simplefilter("ignore", KernelCacheWarning)  # said by who started it
+        signal.signal(number, signal.SIG_IGN)  # the parent process ends this one
+    warnings.simplefilter("ignore", KernelCacheWarning)  # the parent process warns
     answers = os.fdopen(os.dup(1), "wb", buffering=0)
-    os.dup2(2, 1)  # what others print is no answer
+    os.dup2(2, 1)  # keep prints of libraries out of the answers
     with event.install_listener("numba:compile", _Names(answers)):
         while True:
             try:
@@ -48,5 +48,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    with suppress(BrokenPipeError):  # whoever asked has died
+    with suppress(BrokenPipeError):  # the parent process has died
         main()

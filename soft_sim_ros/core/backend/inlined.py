@@ -1,8 +1,8 @@
-"""How numba compiles what is only ever inlined: not to the end.
+"""Compilation of functions that are always inlined, without optimisation or machine code.
 
-It would optimise every function as a library of its own, with all that it calls, and make machine
-code of it, over and over up the tree of calls. What is always inlined needs none of that: it is
-linked into the unit that calls it, and optimised there.
+Numba would optimise every function as a library of its own, together with all that it calls, and
+make machine code of it, again at every level of the tree of calls. Functions that are always
+inlined need none of that: they are linked into the unit that calls them, and optimised there.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ _pass: Any = register_pass
 
 
 class _Inlined(_library):
-    """Code to be linked into that of others."""
+    """A library that is linked into others."""
 
     def _optimize_final_module(self) -> None:
-        """Leave it to the unit."""
+        """Do nothing: the calling unit optimises."""
 
     def _finalize_final_module(self) -> None:
         """Make no machine code."""
@@ -35,7 +35,7 @@ class _Inlined(_library):
 
 @_pass(mutates_CFG=True, analysis_only=False)
 class _Lowering(_lowering):
-    """Lower to LLVM's language, and go no further."""
+    """Lower to LLVM's intermediate representation only."""
 
     _name = "inlined_lowering"
 
@@ -59,7 +59,7 @@ class InlinedCompiler(CompilerBase):
     """The pipeline of functions that are always inlined."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return numba's own pipeline with another end."""
+        """Return numba's own pipeline with another last stage."""
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
         manager.add_pass_after(_Lowering, NativeLowering)
         manager.passes = [entry for entry in manager.passes if entry[0] is not NativeLowering]

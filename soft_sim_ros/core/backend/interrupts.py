@@ -1,14 +1,14 @@
-"""Ctrl-C at any moment: heeded soon, and never in the middle of a change."""
+"""Handling of Ctrl-C: soon, but never in the middle of a change of state."""
 
 from collections.abc import Callable
 
-SLICE = 0.02  # s that kernels take, about, before Python looks for interrupts
+SLICE = 0.02  # s of computing, about, between two checks for interrupts
 
 
 def next_pace(pace: int, spent: float) -> int:
-    """Return how many evaluations of the residual a call may take, after one that took so many.
+    """Return how many evaluations of the residual the next call may take.
 
-    spent : s that it took
+    spent : s that the last call took
     """
     if spent < 0.5 * SLICE:
         return 2 * pace
@@ -16,9 +16,9 @@ def next_pace(pace: int, spent: float) -> int:
 
 
 def wholly(change: Callable[[], None]) -> None:
-    """Make a change of several arrays, one that can be made twice, wholly or not at all.
+    """Change several arrays completely or not at all; the change must be repeatable.
 
-    An interrupt in its middle is handed on when it is made.
+    An interrupt during the change is raised after it.
     """
     try:
         change()

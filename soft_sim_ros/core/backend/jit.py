@@ -18,7 +18,7 @@ Call = tuple[Any, ...] | None  # a unit and its arguments
 
 _intrinsic: Any = intrinsic
 _options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-# What is inlined is never called from Python, nor by itself: it is not made into machine code.
+# Inlined functions are never called by themselves, so no machine code is made for them.
 _BARE: dict[str, Any] = {
     "forceinline": True,
     "no_cpython_wrapper": True,
@@ -60,7 +60,7 @@ def unit(function: F) -> F:
 
 
 def _not_called(dispatcher: Any) -> Any:
-    """Let a call from Python, for which there is no machine code, fail with an explanation."""
+    """Make a call from Python, for which there is no machine code, fail with an explanation."""
     if isinstance(dispatcher, CPUDispatcher):  # not where NUMBA_DISABLE_JIT is set
         dispatcher.__class__ = _Inlined
     return dispatcher
@@ -70,7 +70,7 @@ class _Inlined(CPUDispatcher):
     """A kernel, to be called by other kernels only."""
 
     def __call__(self, *_arguments: Any, **_names: Any) -> Any:
-        """Refuse: numba would jump to an address that is none."""
+        """Refuse: numba would jump to an invalid address."""
         name = f"{self.py_func.__module__}.{self.py_func.__name__}"
         raise TypeError(f"{name} is inlined in other kernels; Python can call units only")
 
@@ -117,7 +117,7 @@ def _call(
 
 
 @_intrinsic
-def bare(context, value):  # noqa: ARG001
+def bare(context, value):
     """Return an array as a view that is not counted.
 
     Numba counts references to an array whenever it is handed on or sliced: hundreds of atomic
@@ -139,48 +139,48 @@ def bare(context, value):  # noqa: ARG001
 
 
 @_intrinsic
-def call_residual(context, where, model, data, q, v, a, r):  # noqa: ARG001
+def call_residual(context, where, model, data, q, v, a, r):
     """Call inverse_dynamics(model, data, q, v, a, r) by address."""
     return _call(numba.types.none, where, (model, data, q, v, a, r))
 
 
 @_intrinsic
-def call_tangent(context, where, model, data, alpha, system):  # noqa: ARG001
+def call_tangent(context, where, model, data, alpha, system):
     """Call tangent(model, data, alpha, system) by address."""
     return _call(numba.types.none, where, (model, data, alpha, system))
 
 
 @_intrinsic
-def call_stage(context, where, problem, cq, cv, goal):  # noqa: ARG001
+def call_stage(context, where, problem, cq, cv, goal):
     """Call solve_stage(problem, cq, cv, goal) by address."""
     return _call(numba.types.intp, where, (problem, cq, cv, goal))
 
 
 @_intrinsic
-def call_step(context, where, problem, t, h):  # noqa: ARG001
+def call_step(context, where, problem, t, h):
     """Call the step(problem, t, h) of a method by address."""
     return _call(numba.types.intp, where, (problem, t, h))
 
 
 @_intrinsic
-def call_uphold(context, where, model, data, work, h, q, v):  # noqa: ARG001
+def call_uphold(context, where, model, data, work, h, q, v):
     """Call uphold(model, data, work, h, q, v) by address."""
     return _call(numba.types.boolean, where, (model, data, work, h, q, v))
 
 
 @_intrinsic
-def call_advance(context, where, problem, step_ns, steps, most):  # noqa: ARG001
+def call_advance(context, where, problem, step_ns, steps, most):
     """Call advance(problem, step_ns, steps, most); the problem is its address as a number."""
     return _call(numba.types.int64, where, (problem, step_ns, steps, most), pointers=1)
 
 
 @_intrinsic
-def call_account(context, where, problem):  # noqa: ARG001
+def call_account(context, where, problem):
     """Call take_stock(problem) by address; the problem is its address as a number."""
     return _call(numba.types.none, where, (problem,), pointers=1)
 
 
 @_intrinsic
-def call_hold(context, where, problem, efforts):  # noqa: ARG001
+def call_hold(context, where, problem, efforts):
     """Call hold(problem, efforts) by address; the problem is its address as a number."""
     return _call(numba.types.boolean, where, (problem, efforts), pointers=1)

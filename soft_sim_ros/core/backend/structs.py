@@ -1,12 +1,12 @@
 """Structs of arrays that kernels get by reference: one address instead of hundreds of words.
 
 To numba a named tuple of arrays is a value. Every kernel that takes one unpacks and packs hundreds
-of words again, and to compile that took most of the time of a first start; to hand them over took
-most of the time of a call. Here a named tuple registered by ``struct`` is packed into words once,
-and what kernels get is where they lie. Attributes read as before, each loaded where it is used.
+of words: compiling that took most of the time of a first start, and passing them most of the time
+of a call. Here a named tuple registered by ``struct`` is packed into words once,
+and kernels get the address of the words. Attributes read as before, each loaded where it is used.
 
-Arrays are borrowed: whoever packed them keeps them alive, nobody counts references, and what was
-packed is never written, so that a compiler may load it once and keep it.
+Arrays are borrowed: the caller who packed them keeps them alive, references are not counted, and
+packed words are never written, so the compiler may load them once and keep them.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ T = TypeVar("T", bound=type)
 _model: Any = register_model
 _template: Any = AttributeTemplate
 _WORD = ir.IntType(64)
-# So many structs that Python handed to kernels stay packed, for the next call.
+# This many structs passed from Python stay packed for the next call.
 RECENT = 64
 
 
@@ -77,7 +77,7 @@ def struct(kind: T) -> T:
 
 
 class Packed:
-    """The words of a struct, and what they refer to, kept alive."""
+    """The words of a struct; it keeps alive the arrays that they refer to."""
 
     __slots__ = ("_kept", "_words", "address")
 

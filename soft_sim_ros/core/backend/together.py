@@ -1,4 +1,4 @@
-"""Compile units in several processes at once: the first start on a machine is spent with that.
+"""Compile units in several processes at once, which shortens the first start on a machine.
 
 One process can compile only one function at a time. So others are started, which get units to
 compile by their names and types, and leave the code in the common folder, where ``jit.address``
@@ -24,7 +24,7 @@ from .disk import _FOLDER
 from .jit import Call, signature_of
 
 Job = tuple[Any, tuple[Any, ...]]  # a unit, types of its arguments
-# More processes would repeat what units have in common more often than they save.
+# Every process compiles what units share again, so more processes would cost more than they save.
 MOST = 4
 DONE = b"done\n"
 # Called, in any thread, with the name of a kernel that another process begins to compile.
@@ -63,7 +63,7 @@ def compile_together(calls: list[Call]) -> None:
 
 
 class _CtrlC:
-    """Remembers what Ctrl-C and the like raised: Python drops it while a compiler calls back."""
+    """Keeps exceptions of signals (Ctrl-C): Python drops those raised in a compiler's callback."""
 
     def __init__(self) -> None:
         self._raised: BaseException | None = None
@@ -84,12 +84,12 @@ class _CtrlC:
             raise
 
     def heed(self) -> None:
-        """Raise what was raised, if anything was."""
+        """Raise the exception that was kept, if any."""
         if self._raised is not None:
             raise self._raised
 
     def leave(self) -> None:
-        """Leave signals to those again who had them."""
+        """Restore the signal handlers."""
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
@@ -138,12 +138,12 @@ class _Helper:
     _stopped = False
 
     def stop(self) -> None:
-        """End the process, whatever it does."""
+        """End the process, also in the middle of a job."""
         self._stopped = True
         self._process.kill()
         self._process.wait()
         self.thread.join()
         for pipe in (self._process.stdin, self._process.stdout):
             if pipe is not None:
-                with suppress(BrokenPipeError):  # an order that it did not live to read
+                with suppress(BrokenPipeError):  # a job sent after the process died
                     pipe.close()

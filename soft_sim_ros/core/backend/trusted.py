@@ -28,7 +28,7 @@ def usable(root: Path, name: str) -> tuple[Path, str]:
     if not refusal:
         return root / name, ""
     private = Path(tempfile.gettempdir()) / f"soft_sim_ros-{os.geteuid()}"
-    if _refusal(private, name):  # somebody else was there first
+    if _refusal(private, name):  # another user made it first
         private = Path(tempfile.mkdtemp(prefix="soft_sim_ros-"))
     return private / name, refusal
 
@@ -47,7 +47,7 @@ def _refusal(root: Path, name: str) -> str:
             return f"{path} is no folder"
         if status.st_uid not in mine:
             return f"{path} belongs to another user ({status.st_uid})"
-        # in a folder like /tmp nobody can replace what belongs to another
+        # with the sticky bit (/tmp) users cannot replace files of others
         sticky = path == root and status.st_mode & stat.S_ISVTX
         if status.st_mode & _OTHERS and not sticky:
             return f"{path} can be written by others (chmod go-w {path} would mend that)"
@@ -75,7 +75,7 @@ def make_private(folder: Path) -> None:
 
 
 def read_own(path: str) -> bytes | None:
-    """Return the content of a file of this user's alone; None if there is none."""
+    """Return the content of a file that only this user can write; None if there is none."""
     try:
         file = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     except OSError:
@@ -94,7 +94,7 @@ def read_own(path: str) -> bytes | None:
 
 
 def write_own(path: str, content: bytes) -> None:
-    """Put a file there in one piece, for this user to write to alone."""
+    """Write a file atomically, with write permission for this user only."""
     if os.path.isdir(path):
         os.rename(path, f"{path}.{uuid.uuid4().hex[:8]}.not-a-file")
     new = f"{path}.tmp.{uuid.uuid4().hex[:16]}"

@@ -42,7 +42,7 @@ class Monomial(ElementBasis):
 
 
 class Constant(ElementBasis):
-    """Piecewise constant strain on elements (PCS), whatever the order."""
+    """Piecewise constant strain on elements (PCS), for any order."""
 
     kind = "constant"
 

@@ -70,7 +70,9 @@ class Chain:
     def __init__(self) -> None:
         self.segments: list[Segment] = []
         self.inertia: list[Floats] = [np.zeros(4)]
-        self.mass_damping: list[Floats] = [np.zeros(4)]  # α times the inertia of rods
+        self.mass_damping: list[Floats] = [
+            np.zeros(4)
+        ]  # Rayleigh's α times the inertia of the rods
         self.blocks: list[Block] = []
         self.names: list[str] = []
         self.rods: dict[str, RodMap] = {}
@@ -94,7 +96,7 @@ class Chain:
 
     @property
     def spans(self) -> list[RodMap | LinkMap]:
-        """Rods and floating-frame links, base to tip: what has a length."""
+        """Rods and floating-frame links, base to tip: the bodies that have a length."""
         return sorted([*self.rods.values(), *self.links.values()], key=lambda m: m.first_node)
 
     def columns(self, name: str) -> range:
@@ -234,7 +236,7 @@ class Chain:
         Where the data of a section change fast, each piece of it has its elements. At the arc
         lengths ``marked`` bodies are attached: blocks of coordinates end there.
 
-        ``winding`` in rad/m is by how much tendons wind about it.
+        ``winding`` is the largest angle per length in rad/m by which a tendon winds about the rod.
         """
         pivot = self._pivot(rod) if rod.model.is_limp else []
         rod_map = RodMap(rod, self.node, [], pivot)
@@ -257,8 +259,8 @@ class Chain:
     def _pivot(self, rod: Rod) -> list[int]:
         """Append the hinge at the start of a string or cable and return its coordinates.
 
-        What cannot carry a moment cannot hold a direction either: in its frame's own axes the rod
-        leaves along exp of a rotation vector that the bending strains span.
+        A rod without bending stiffness cannot hold a direction at its start. The hinge turns it by
+        the exponential of a rotation vector in the span of the bending strains.
         """
         bending = [name for name in rod.model.limp if name in rod.strains]
         count = len(bending)
@@ -329,7 +331,7 @@ class Chain:
 
 
 class Outline(Chain):
-    """A chain whose rods have elements only, to ask how many nodes they need."""
+    """A chain that has elements but no nodes: it tells how many nodes the rods need."""
 
     def _fill(self, elements: list[Element], labels: list[str], basis: Basis) -> None:
         self.names += labels
@@ -356,7 +358,7 @@ def _parts(ends: list[float], marked: Collection[float], basis: Basis) -> list[t
 
 @lru_cache(maxsize=64)
 def _rule(nodes: int) -> tuple[Floats, Floats]:
-    """Return Lobatto's rule: many elements have the same, and it takes a while for many nodes."""
+    """Return the Gauss–Lobatto rule, cached: elements share it, and computing it is slow."""
     return lobatto(nodes)
 
 

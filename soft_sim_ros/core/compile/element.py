@@ -16,8 +16,8 @@ from soft_sim_ros.core.quadrature import composite, gauss, scattered
 from soft_sim_ros.scene import Basis, Section
 from soft_sim_ros.scene.strains import STRAINS
 
-EXTRA = 5  # Gauss points more than functions: laws that are polynomials of degree 8 are exact
-SETTLED = 1e-12  # of the size of two functions, change of the integral of their product
+EXTRA = 5  # Gauss points beyond the number of functions: exact for laws of degree 8
+SETTLED = 1e-12  # allowed relative change of ∫ φ_i φ_k
 DENSEST = 8
 SEGMENTS, GROWTH, MOST_SEGMENTS = 7, 2.1, 256  # for degree three; from one degree to the next
 
@@ -42,15 +42,15 @@ class Element:
 
     @property
     def least_nodes(self) -> int:
-        """Nodes that carry inertia to all degrees and show the reference shape: no fewer do."""
+        """Least number of nodes that carries all inertia and resolves the reference shape."""
         return self._at_least(fewest_nodes(self.basis.order))
 
     def _at_least(self, nodes: int) -> int:
         """Return enough nodes for reference shape and tendons as well.
 
-        That is three segments per radian that the reference shape turns, of those that tendons
-        wind about it as many as ports.WINDING wants, and one more for each place where the data
-        are not smooth.
+        That is three segments per radian by which the reference shape turns, enough segments for
+        the winding of tendons (ports.WINDING), and one more for each place where the data are not
+        smooth.
         """
         begin, end = self.span
         s = scattered(begin, end)
@@ -61,7 +61,7 @@ class Element:
         return max(nodes, 1 + max(shape)) + pieces - 1
 
     def marks(self, begin: float, end: float) -> list[float]:
-        """Return two arc lengths, and between them those where the section is not smooth."""
+        """Return two arc lengths and, between them, the places where the section is not smooth."""
         if not self.section.knots:
             return [begin, end]
         first, last = self.section_span
@@ -86,7 +86,7 @@ class Element:
 
     @property
     def density(self) -> int:
-        """How many times the Gauss points of polynomials the functions of this element need."""
+        """Gauss points that this element needs, as a multiple of what polynomials need."""
         rule = get_basis(self.basis.kind)
         if not isinstance(rule, ElementBasis):
             return 1
@@ -123,7 +123,8 @@ class Element:
 def _density(rule: ElementBasis, order: int, count: int) -> int:
     """Return by how much to multiply count + EXTRA Gauss points so that ∫ φ_i φ_k is known.
 
-    1 for polynomials; for others until more points change nothing, or DENSEST is reached.
+    1 for polynomials. For other functions it grows until more points change nothing, or DENSEST
+    is reached.
     """
 
     def products(density: int) -> Floats:
@@ -149,9 +150,9 @@ def fewest_nodes(order: Mapping[str, int]) -> int:
 def default_nodes(order: Mapping[str, int]) -> int:
     """Return Gauss–Lobatto nodes for an element with strains of these degrees.
 
-    The error of the segments falls with the fourth power of their number, that of the basis by
-    nearly 20 with every degree: 2.1⁴. So from degree four on their number grows by 2.1 with every
-    degree, until they leave about 1e-10 of the length (docs/theory.md has the measured errors).
+    The error of the segments falls with the fourth power of their number; that of the basis falls
+    by a factor of nearly 20 = 2.1⁴ per degree. So from degree four on the number of segments grows
+    by 2.1 per degree, up to an error of about 1e-10 L (docs/theory.md has the measured errors).
     """
     top = max(order.values(), default=0)
     segments = SEGMENTS * GROWTH ** min(top - 3, 10) if top > 3 else 0.0

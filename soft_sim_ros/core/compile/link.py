@@ -1,12 +1,15 @@
-"""Floating-frame links: rigid motion times linear modes, B (3.23)–(3.36), as segments of the chain.
+"""Floating-frame links, rigid motion times linear modes, as segments of the chain.
 
-The floating frame is that of the link's first section. What the motion sees of the link's mass are
-the integrals of (3.31) and (3.33); a few masses have them too (moments.py), and one node of the
-chain bears each. Such a node stands at X + Φ q in the floating frame, exactly: between two nodes
-lies a segment that only shifts, by the difference of X + Φ q, so positions are linear in the modal
-coordinates as B (3.25), (3.26) ask for. Rotary inertia has nodes of its own that only turn; at the
-tip one segment turns by the modes' rotation there. Nothing else distinguishes such a link: the one
-recursion finds 𝓙, the bias terms of (3.33) and the couplings of (3.34)–(3.36).
+Boyer & Primault 2005 (3.23)–(3.36).
+
+The floating frame is that of the link's first section. The link's mass enters the motion only by
+the integrals of (3.31) and (3.33). A few point masses have the same integrals (moments.py); each
+sits at one node of the chain. Such a node stands at X + Φ q in the floating frame, exactly: between
+two nodes lies a segment that only shifts, by the difference of X + Φ q, so positions are linear in
+the modal coordinates as required by Boyer & Primault 2005 (3.25), (3.26). Rotary inertia has nodes
+of its own that only turn; at the tip one segment turns by the modes' rotation there. Such a link
+needs nothing else: the common recursion yields 𝓙, the bias terms of (3.33) and the couplings of
+(3.34)–(3.36).
 """
 
 from __future__ import annotations
@@ -53,7 +56,7 @@ def append_link(chain: Chain, link: FlexibleLink, loads: Sequence[Load] = ()) ->
             for moments, how in _turning(turn, inertia[:, 1:], s):
                 turns.append((how, moments, damping))
                 frame[1:] -= moments
-        # what the nodes do not have moves with the frame; never less than nothing
+        # inertia that the nodes lack is fixed to the floating frame; it must not be negative
         frame = np.maximum(frame, 0.0)
         chain.inertia[first] += frame
         chain.mass_damping[first] += damping * frame
@@ -84,7 +87,7 @@ def _shift_to(chain: Chain, own: LinkMap, value: Floats, inertia: Floats, dampin
 def _turn_to_and_fro(
     chain: Chain, own: LinkMap, how: Floats, inertia: Floats, damping: float
 ) -> int:
-    """Append a node that turns by how (3, m) q, and the way back; return the node."""
+    """Append a node turned by how (3, m) q, then a segment that turns back; return the node."""
     chain.add(_linear(own.columns, 0, how), inertia, damping * inertia)
     node = chain.node
     chain.add(_linear(own.columns, 0, -how))
@@ -106,9 +109,9 @@ def _at_tip(load: Load, own: LinkMap) -> bool:
 
 
 def _bearers(chain: Chain, own: LinkMap, load: Load) -> list[tuple[int, float]]:
-    """Append nodes for a load along a link, and return them with what they bear of it.
+    """Append nodes for a load along a link; return them with the share of the load on each.
 
-    A load per length gets few nodes that shift and turn with the same moments.
+    A load per length acts on a few nodes whose shifts and turns have the same moments as it.
     """
     if _at_tip(load, own):
         return []
@@ -135,8 +138,8 @@ def _bearers(chain: Chain, own: LinkMap, load: Load) -> list[tuple[int, float]]:
 def _turning(turn: Floats, moments: Floats, s: Floats) -> list[tuple[Floats, Floats]]:
     """Return (moments (3,), turn (3, m) per unit coordinate) of few bodies that turn alike.
 
-    Alike in ∫ I ϑ and ∫ I ϑ ϑᵀ about each axis by itself: what linear modes see of the rotary
-    inertia ``moments`` (N, 3) at arc lengths s. One node of the chain may bear one body per axis.
+    They share ∫ I ϑ and ∫ I ϑ ϑᵀ about each axis: the only integrals by which the rotary inertia
+    ``moments`` (N, 3) at arc lengths s enters linear modes. A node may carry one body per axis.
     """
     axes = [concentrated(turn[:, c], moments[:, c], s) for c in range(3)]
     count = max(len(amount) for amount, _ in axes)

@@ -29,7 +29,7 @@ class LinkMap:
     Attributes
     ----------
     nodes : nodes along the floating frame's axes, at ``rest`` (K, 3) + ``shift`` (K, 3, m) q in it
-    loaded : by name of a load, the nodes that bear it, and how much of it: 1, or a length in m
+    loaded : by name of a load, the nodes it acts on and their shares: 1, or a length in m
     """
 
     link: FlexibleLink
@@ -47,7 +47,7 @@ class LinkMap:
         return self.link.rod.length
 
     def reach(self, beyond: float) -> Floats:
-        """Return (m,) how far in m a unit of each coordinate moves what is ``beyond`` m further."""
+        """Return (m,) how far in m a unit of each coordinate moves a point ``beyond`` m further."""
         turn, shift = self.modes.fields(np.linspace(0.0, self.length, 3 * FINE))
         far = np.abs(shift).max(axis=(0, 1)) + beyond * np.abs(turn[-1]).max(axis=0)
         return np.maximum(far, self.length * np.abs(turn).max(axis=(0, 1)))
@@ -55,8 +55,9 @@ class LinkMap:
     def sample(self, s: float) -> tuple[int, Segment]:
         """Return a node and the step from it to the section at arc length s.
 
-        The section's turn after its shift, in one exponential: [ξ₁, ξ₂] takes out what the turn
-        would add to the shift, up to its square times the distance from the node.
+        One exponential stands for the section's shift followed by its turn. The term [ξ₁, ξ₂]
+        removes what the turn would add to the shift, up to the square of the turn times the
+        distance from the node.
         """
         k = int(np.argmin(np.abs(self.rest[:, 0] - s)))
         turn, shift = self.modes.fields(np.array([s]))

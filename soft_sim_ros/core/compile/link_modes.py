@@ -1,4 +1,4 @@
-"""The modes of a floating-frame link, from the link's own data: B (3.26)."""
+"""The modes of a floating-frame link, from the link's own data: Boyer & Primault 2005 (3.26)."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Modes:
     """The lowest modes of a straight rod that is clamped at its start.
 
     Eigenvectors of the rod linearised at rest, with its strains as polynomials. Scaled so that
-    the largest displacement of a mode is 1 m per unit coordinate; twisting modes, which displace
-    nothing, so that their largest angle times the length is.
+    the largest displacement of a mode is 1 m per unit coordinate. Twisting modes displace nothing;
+    they are scaled so that their largest angle times the length is 1 m.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Modes:
         basis = Basis(order=dict.fromkeys(link.rod.strains, FINE))
         outline = Outline()
         outline.rod(link.rod, basis, set())
-        # as many as carry the inertia: these rods are straight, and are only looked at
+        # nodes enough for the inertia: the rods are straight and at rest
         nodes = max(element.least_nodes for element in outline.rods[link.rod.name].elements)
         self._chain.rod(link.rod, replace(basis, nodes=nodes), set())
         stiffness, damping, branch = (
@@ -60,7 +60,7 @@ class Modes:
             free = np.eye(len(mass))[:, own] @ scipy.linalg.null_space(rows)
             if free.shape[1] == 0:
                 continue
-            # K is as well conditioned as a rod is slender, M is not: high strains hardly move
+            # K is well conditioned, M is not: strains of high degree hardly move the rod
             values, vectors = scipy.linalg.eigh(free.T @ mass @ free, free.T @ stiffness @ free)
             count = link.modes if link.each is None else link.each.get(name, 0)
             for value, vector in zip(values[::-1][:count], vectors.T[::-1], strict=False):
@@ -105,7 +105,7 @@ class Modes:
 
 
 def _scaled(shape: Floats, small: Floats, length: float) -> Floats:
-    """Return a mode (n,) with the sign and size that the class promises."""
+    """Return a mode (n,) with the sign and size documented in the class."""
     motions = small @ shape
     turn, shift = motions[:, :3] * length, motions[:, 3:]
     moves = shift if np.abs(shift).max() > 1e-6 * np.abs(turn).max() else turn

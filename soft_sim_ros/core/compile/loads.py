@@ -1,4 +1,4 @@
-"""Loads lumped to nodes: what a Gauss–Lobatto rule makes of them."""
+"""Loads lumped to nodes by Gauss–Lobatto weights."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
 
 
 def _shares(chain: Chain, load: Load) -> list[tuple[int, float]]:
-    """Return the nodes that bear a load, and how much of it: 1, or a length in m.
+    """Return the nodes on which a load acts and the share of each: 1, or a length in m.
 
     Gauss–Lobatto weights of the elements that a distributed load covers.
     """

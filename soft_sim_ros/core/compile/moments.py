@@ -1,34 +1,34 @@
-"""Few masses that have the moments of many.
+"""A few point masses with the same moments as a distribution of mass.
 
-What the motion of a floating-frame link sees of its mass are the integrals of B (3.31), (3.33):
-those of products of two functions out of 1, X, Φ₁ … Φ_m. A quadrature made for the span of these
-functions has them exactly, with as many points as there are independent functions besides 1, and
-one where all functions vanish; or, if that one would have to bear most of the mass, with one point
-more. On polynomials the latter is the rule of Gauss.
+The mass of a floating-frame link enters its motion only by the integrals of Boyer & Primault 2005,
+(3.31), (3.33): those of products of two of the functions 1, X, Φ₁ … Φ_m. A quadrature for the span
+of these functions is exact with as many points as there are independent functions besides 1, plus
+one point where all functions vanish. If that one point would carry most of the mass, one more point
+is used instead; on polynomials this is Gauss quadrature.
 """
 
 import numpy as np
 
 from soft_sim_ros.core.floats import Floats
 
-# Share of the largest singular value below which functions count as dependent: so good are the
-# integrals.
+# Singular values below this share of the largest count as zero (dependent functions). It bounds the
+# error of the integrals.
 DEPENDENT = 1e-10
-# Share of the mass that the points must bear: else they would have to lie far out.
+# Least share of the mass on the points: with less, they would have to lie far outside of the link.
 BORNE = 0.25
 
 
 def concentrated(functions: Floats, mass: Floats, along: Floats) -> tuple[Floats, Floats]:
     """Return masses (k,) and values (k, r) at k points with the moments of a distribution.
 
-    Σ w f and Σ w f fᵀ are those of the distribution. What the masses lack of its total is to be put
+    Σ w f and Σ w f fᵀ equal those of the distribution. The rest of the total mass is to be put
     where all functions vanish.
 
     Parameters
     ----------
     functions : (N, r) values of functions that vanish somewhere
     mass : (N,) masses ≥ 0 there
-    along : (N,) a function by which the points are told apart, such as the arc length
+    along : (N,) a function that differs between the points, such as the arc length
     """
     root = np.sqrt(mass)
     size = np.sqrt(mass @ functions**2)

@@ -1,4 +1,4 @@
-"""What is computed from a scene's numbers must be numbers too."""
+"""Refuses scenes whose valid numbers lead to infinite or undefined ones (overflow)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from soft_sim_ros.scene import Scene
 from soft_sim_ros.scene.numerics import LONGEST_STEP
 
 LATEST = 2**63 - 1  # ns: times are signed 64-bit numbers
-# array of the model or of the loads → what it is, and the key of the scene that it comes from
+# array of the model or of the loads → its meaning, and the key of the scene behind it
 SOURCES = {
     "half": ("the length of a segment", "bodies"),
     "kappa": ("the square of a length", "bodies"),
@@ -37,12 +37,12 @@ SOURCES = {
 
 
 def refuse_overflow(scene: Scene, model: Model, loads: Loads) -> None:
-    """Refuse a scene whose numbers are each allowed, but make others that are none.
+    """Refuse a scene whose numbers are allowed one by one but overflow when combined.
 
     Raises
     ------
     SceneError
-        which says what they were to make
+        which names the quantity that is not finite
     """
     for part in (model, model.fibres, loads):
         for name, array in part._asdict().items():
@@ -55,12 +55,12 @@ def refuse_overflow(scene: Scene, model: Model, loads: Loads) -> None:
 
 
 def refuse_energy(scene: Scene, ledger: Floats) -> None:
-    """Refuse a scene that begins with energies (7,) in J that are no numbers.
+    """Refuse a scene whose initial energies (7,) in J are not finite.
 
     Raises
     ------
     SceneError
-        which says what they are
+        which gives them
     """
     if not np.isfinite(ledger).all():
         kinetic, elastic, gravity = ledger[:3].tolist()
@@ -70,12 +70,12 @@ def refuse_energy(scene: Scene, ledger: Floats) -> None:
 
 
 def whole_nanoseconds(scene: Scene) -> int:
-    """Return the step of a scene in ns: it may have been made by hand.
+    """Return the step of a scene in ns, checked: scenes may be built in Python, unchecked.
 
     Raises
     ------
     SceneError
-        if it is none, or longer than LONGEST_STEP
+        if it is not a positive number, or is longer than LONGEST_STEP
     """
     step = scene.numerics.step
     if not 0.5e-9 < step <= LONGEST_STEP:

@@ -30,7 +30,7 @@ Path = TendonActuator | ChamberActuator
 
 
 def flat_ports(scene: Scene, chain: Chain) -> dict[str, NDArray[Any]]:
-    """Return the fields of Model that speak of actuators.
+    """Return the fields of Model for the actuators.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def flat_ports(scene: Scene, chain: Chain) -> dict[str, NDArray[Any]]:
         if isinstance(actuator, Path):
             _check_winding(scene, chain, i, actuator)
     rest = floats([_rest_length(chain, path) for path in paths])
-    # what a tendon stretches by is all of it, also what lies between its rods and never changes
+    # a tendon stretches over its whole length, also over the fixed pieces between its rods
     whole = rest + [_between(chain, actuator) for actuator in actuators]
     friction, length_control = np.zeros((len(actuators), 3)), np.zeros((len(actuators), 2))
     gain, columns = np.zeros(len(actuators)), [0]
@@ -152,7 +152,8 @@ def _blocks(chain: Chain, path: list[tuple[int, Floats]]) -> int:
 def winding(stretch: Stretch, s: Floats) -> Floats:
     """Return by how much a path winds about the backbone at arc lengths s (N,), rad/m.
 
-    Close to the axis a path turns fast and moves little: there it counts by how far it goes.
+    Close to the axis a path may turn fast and move little; there its displacement counts, not its
+    angle.
     """
     d, slope = stretch.offset(s)[:, 1:], stretch.slope(s)[:, 1:]
     reach = np.maximum(np.linalg.norm(d, axis=1), 0.1 * np.linalg.norm(d, axis=1).max() + 1e-150)
@@ -160,7 +161,7 @@ def winding(stretch: Stretch, s: Floats) -> Floats:
 
 
 def _check_winding(scene: Scene, chain: Chain, index: int, actuator: Path) -> None:
-    """Refuse a path that winds about the backbone faster than the nodes of its rod can see."""
+    """Refuse a path that winds about the backbone too fast for the spacing of the nodes."""
     segments = [
         (stretch, segment.span)
         for stretch in actuator.stretches

@@ -17,7 +17,7 @@ from .element import Element
 if TYPE_CHECKING:
     from .link import LinkMap
 
-Place = tuple[int, Segment]  # a node, and the step from it
+Place = tuple[int, Segment]  # a node, and the segment from it to the sample
 
 
 def places_along(chain: Chain, branch: Branch, s: Floats) -> list[Place]:

@@ -40,9 +40,9 @@ from .weights import weights
 
 @dataclass(frozen=True)
 class Compiled:
-    """A model, and what is needed to speak about it in the scene's words."""
+    """A model, with the names and places of the scene's bodies, actuators and loads in it."""
 
-    scene: Scene  # with nothing left free
+    scene: Scene  # its numerics are complete
     chain: Chain
     model: Model
     loads: Loads
@@ -56,7 +56,7 @@ class Compiled:
     # before they are measured by the length
     tip_scale: Floats
 
-    # Nothing in it changes, so a copy is itself; a pickle holds the scene.
+    # It is immutable, so a copy is the same object; a pickle holds the scene only.
 
     def __copy__(self) -> Compiled:
         return self
@@ -114,8 +114,8 @@ def compile_scene(scene: Scene) -> Compiled:
     Raises
     ------
     SceneError
-        if its numerics leave something free: ``settled`` chooses that first (accuracy/contract.py);
-        if its numbers make others that are none
+        if its numerics are incomplete: ``settled`` completes them (accuracy/contract.py);
+        if its numbers overflow when combined
     """
     if scene.numerics.free:
         expected = "numerics that leave nothing free: settle the scene first"
@@ -147,7 +147,7 @@ def _compiled(scene: Scene) -> Compiled:
 def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
     """Return the forest of segments of a scene, rods cut where loads, tendons and bodies jump in.
 
-    It is put into ``chain``, if that is given.
+    They are appended to ``chain`` if that is given.
     """
     cuts: dict[str, set[float]] = {body.name: set() for body in scene.bodies}
     turning = dict.fromkeys(cuts, 0.0)
@@ -258,7 +258,7 @@ def _flatten(scene: Scene, chain: Chain) -> Model:
 def _sparse_law(chain: Chain) -> tuple:
     """Return stiffness, damping and branches of all blocks by rows.
 
-    Zeros and round-off are left out; without any branch these are no numbers at all.
+    Zeros and round-off are left out. Without any branch, the arrays for branches are empty.
     """
     ptr, columns = [0], []
     stiffness: list[float] = []

@@ -1,4 +1,7 @@
-"""The strain field of a rod as a matrix: ξ(s) = ξ₀(s) + Φ(s) q, C (1.21)–(1.22)."""
+"""The strain field of a rod as a matrix: ξ(s) = ξ₀(s) + Φ(s) q.
+
+Dynamics of Soft Robots (1.21)–(1.22).
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,8 @@ def shape_matrix(compiled: Compiled, rod: str, s: Floats) -> Floats:
 
     Notes
     -----
-    With the same order for all active strains, this is B_a ⊗ [φ₁ … φ_N] of C (1.22) on an element.
+    With the same order for all active strains, this is B_a ⊗ [φ₁ … φ_N] of Dynamics of Soft Robots,
+    (1.22) on an element.
     """
     elements, s, index = _elements_at(compiled, rod, s)
     out = np.zeros((len(s), 6, len(compiled.coordinate_names)))

@@ -1,4 +1,4 @@
-"""Stations of hyperelastic sections: where along the rods, and over which fibres, W is summed."""
+"""Stations of hyperelastic sections: Gauss points along rods, fibres across, to integrate W."""
 
 from __future__ import annotations
 

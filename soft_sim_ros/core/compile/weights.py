@@ -1,4 +1,4 @@
-"""How far a unit of each coordinate may move the tip: what residuals and steps are measured by."""
+"""How far a unit of each coordinate may move the tip: the scale of residuals and Newton steps."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from soft_sim_ros.core.quadrature import composite, gauss
 from .chain import Chain
 from .element import Element
 
-# A function is looked at on two sets of panels that share no point, of 2 Gauss points each. They
-# are made finer until the two integrals of |φ| agree; kinks of |φ| in a panel are all they miss.
+# |φ| is integrated over two sets of panels that share no point, with 2 Gauss points per panel. The
+# panels are refined until both integrals agree; only kinks of |φ| inside a panel leave an error.
 PANELS = 8  # per function at first
 AGREE = 2e-3
 FINEST = 1 << 15
-# Least weight over the largest of the same strain: nothing is divided by a weight of zero.
+# Least weight relative to the largest of the same strain, so that no weight is zero.
 LEAST = 1e-12
 
 

@@ -5,9 +5,9 @@ reach as far beyond it as the error allows. Between their ends the motion is a p
 q, q̇ and q̈ at both ends (q̇ its derivative). Where an input jumps, the present step is
 cut: the next one starts from the polynomial's state on the grid.
 
-A step of an ESDIRK method begins with the acceleration the last one ended with. After a jump there
-is none that means anything: the exact one, M q̈ = −r, belongs to the fastest strains alone. The
-first step is therefore one of an SDIRK method with the same coefficient on the diagonal, which asks
+A step of an ESDIRK method begins with the acceleration at the end of the last one. After a jump
+that is meaningless, and the exact one, M q̈ = −r, belongs to the fastest strains only. The first
+step is therefore one of an SDIRK method with the same coefficient on the diagonal, which asks
 for no acceleration and uses the same factors; its polynomial does without q̈ at the start.
 
 Times are counted from the last jump, so the same motion has the same bits whenever it starts.
@@ -36,7 +36,7 @@ BEGIN, LENGTH, NEXT, ERROR, SINCE, JUMPED, FIRST, START = 0, 1, 2, 3, 4, 5, 6, 7
 Q0, V0, A0, Q1, V1, A1, QN, VN = 0, 1, 2, 3, 4, 5, 6, 7
 # Newton's method may leave this share of the error permitted to a step.
 NEWTON = 0.02
-# A step is kept as long as it is if the best one is at most this much longer: factors are kept too.
+# The step length is kept if the optimal one is longer by less than this: then factors are kept too.
 WORTH = 1.3
 SAFETY, SHRINK, GROW = 0.9, 0.1, 5.0
 # A step may not move the tip further than this, in arm lengths (or a hinge, in radians).
@@ -90,13 +90,13 @@ def next_step(problem, anchor, h):
         here = anchor + begin
         until = next_switch(problem.loads, here, 2.0 * size)
         length = size
-        if until < 2.0 * size:  # no tiny rest before a switch
+        if until < 2.0 * size:  # avoids a tiny step before a switch
             length = until if until <= size * (1.0 + 1e-9) else 0.5 * until
         status, error = attempt(problem, here, length, first)
         if status != CONVERGED:
             size = 0.25 * length
             for i in range(n):
-                work.a[i] = 0.0  # where Newton's method went astray is no guess for a first step
+                work.a[i] = 0.0  # those of a failed Newton iteration are no first guess
             work.counters[REJECTED] += 1
             continue
         # of order k + 1 in the length, k the order of the embedded method
@@ -113,7 +113,7 @@ def next_step(problem, anchor, h):
         factor = min(GROW, max(SHRINK, factor))
         if 1.0 <= factor <= WORTH:
             factor = 1.0
-        # a step that was cut short for a switch says little about the next
+        # a step shortened for a switch says little about the length of the next
         clock[NEXT] = max(size, length * factor) if length < size else length * factor
         clock[ERROR] = error
         if first:
@@ -126,7 +126,7 @@ def next_step(problem, anchor, h):
         for c in range(4):
             booked[0, c], booked[1, c] = booked[1, c], booked[2, c]
         clock[JUMPED] = 1.0 if switches_at(problem.loads, here + length, length) else 0.0
-        # where a rotation vector is exchanged, the present step keeps the old one
+        # a change of chart does not affect the polynomial of the present step
         if uphold != 0 and call_uphold(uphold, model, data, work, length, span[QN], span[VN]):
             clock[JUMPED] = 1.0
         work.measure[1] += error * method.error

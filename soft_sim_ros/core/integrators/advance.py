@@ -10,8 +10,8 @@ from soft_sim_ros.core.terms.forcing import next_switch, switches_at
 from .newton import CONVERGED, TOO_FAR
 from .problem import ADAPTIVE, EVALUATIONS, REFUSED
 
-# A step is cut in half at most this many times, into at most this many pieces, before it is
-# refused for good: nobody waits for ever.
+# A step is halved at most this many times, into at most this many pieces, before it is refused, so
+# that a call always ends.
 HALVINGS = 12
 PIECES = 300
 # No piece of a step may move the tip further than this, in arm lengths (or a hinge, in radians):

@@ -2,9 +2,9 @@
 
 The midpoint rule keeps quadratic invariants; the energy of large rotations is not quadratic, so it
 is off by O(h³) in a step. Multiplying all velocities by one number 1 + O(h³) at the end of the
-step changes the kinetic energy by exactly what is missing, whatever the shape, and nothing else.
-What a step may not correct because next to nothing moves is left to the next ones; where the arm
-does move, so large a correction says that the step does not show the motion, and it is refused.
+step changes the kinetic energy by exactly the missing amount, and nothing else. If the arm hardly
+moves, a step may correct only a part; the rest is left to the next steps. If it does move, a large
+correction means that the step does not resolve the motion, and the step is refused.
 """
 
 import math
@@ -19,8 +19,8 @@ from .problem import DISSIPATED, LOAD_WORK, STEPS
 
 # Velocities are not changed by more than this part in one step.
 MOST = 0.01
-# What is left may be no more than this part of all energies, if the arm moves faster than so many
-# times what Newton's method may leave: slower, and its leftovers are what is missing.
+# The rest may be at most this part of all energies while the arm moves faster than this multiple of
+# the tolerance of Newton's method; in slower motion the rest is the error of Newton's method.
 LEFT, MOVING = 1e-9, 1000.0
 
 

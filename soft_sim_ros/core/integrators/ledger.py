@@ -1,4 +1,4 @@
-"""The energy ledger: what is stored, and what came in and went out."""
+"""The energy ledger: stored energy, work done on the arm, energy dissipated."""
 
 import math
 
@@ -23,7 +23,8 @@ from .problem import (
 def stock(model, data, held, state, q, v):
     """Return kinetic, elastic and gravity energy, and the work of the actuators up to q, in J.
 
-    The efforts have been constant since State.settled, so their work is effort times way, exactly.
+    The efforts have been constant since State.settled, so their work is effort times displacement,
+    exactly.
     """
     kinetic, elastic, weight = energies(model, data, q, v, v)
     port_motion(model, data, q, v, state.position, state.rate, state.acting)
@@ -35,14 +36,14 @@ def actuator_work(model, held, state):
     """Return the work of the actuators in J up to the port positions in ``state``."""
     work = state.account[BOOKED]
     for i in range(len(held.effort)):
-        if model.length_control[i, 0] == 0.0:  # what holds a length does no work
+        if model.length_control[i, 0] == 0.0:  # a commanded length that is held does no work
             work += held.effort[i] * (state.position[i] - state.settled[i])
     return work
 
 
 @kernel
 def residual(state, stored, work, ledger):
-    """Return the energy in J that is there and should not be."""
+    """Return the residual of the energy balance in J."""
     put_in = work + ledger[LOAD_WORK] - ledger[DISSIPATED]
     return stored - state.account[REFERENCE] - put_in
 
@@ -85,7 +86,7 @@ def hold(problem, efforts):
     for i in range(len(efforts)):
         state.settled[i] = state.position[i]
         held.effort[i] = data.effort[i] = efforts[i]
-    # a commanded length that jumps stretches its tendon
+    # a jump of a commanded length stretches the tendon
     state.account[BOOKED] += tendon_energy(model, data) - stored
     problem.work.restart[0] = 1
     return True

@@ -30,19 +30,19 @@ REASONS = {
     "more than 1 %, even with 1/4096 of the step (a smaller step, or sdirk2, which damps what it "
     "does not show)",
 }
-# A contraction slower than this is worth new factors.
+# A slower contraction than this triggers new factors.
 SLOW = 0.2
-# A contraction that was seen is trusted a little less every time it is used unseen, and never
-# taken to be better than FASTEST: what converges slowest need not have shown yet.
+# A measured contraction is trusted a little less every time it is used without being measured
+# again, and never assumed better than FASTEST: the slowest component may not have shown yet.
 AGEING, FASTEST = 1.1, 0.03
 
 
 @unit
 def admissible(model, data):
-    """Return CONVERGED if the rods of the last sweep are rods still, else what is wrong with them.
+    """Return CONVERGED if the rods of the last sweep are physically possible, else the reason.
 
-    Beyond half a turn within one segment the Magnus step means nothing, and at a stretch of zero
-    the rod is crushed: equilibria and motions there solve the equations, but no physics.
+    Beyond half a turn within one segment the Magnus step is invalid, and at zero stretch the rod is
+    crushed: such states may solve the equations but have no physical meaning.
     """
     for k in range(len(model.half)):
         if model.kappa[k] == 0.0:
@@ -61,7 +61,7 @@ def largest(weight, x):
     size = 0.0
     for i in range(len(x)):
         change = abs(x[i]) * weight[i]
-        if not change <= size:  # so that NaN gets through
+        if not change <= size:  # written so that NaN propagates
             size = change
     return size
 
@@ -72,8 +72,8 @@ def solve_stage(problem, cq, cv, goal):
 
     The measure of convergence is the largest correction of a velocity, each coordinate weighed by
     how far it moves the tip, in arm lengths per second. Factors are kept, across steps too, while
-    they contract well, and so is the contraction seen with them: where it is known, the first
-    correction tells what is left after it. goal: what may be left.
+    they contract well, together with their measured contraction: once it is known, the first
+    correction is enough to estimate the remaining error. goal: largest remaining error.
     """
     model, data, work, method = problem.model, problem.data, problem.work, problem.method
     calls = problem.calls
@@ -116,7 +116,7 @@ def solve_stage(problem, cq, cv, goal):
         if not math.isfinite(size):
             work.key[0] = -1.0
             return NOT_FINITE
-        # what is left after this correction, if it goes on contracting like this
+        # remaining error if the contraction stays the same
         if iteration == 0:
             rate = max(work.rate[0], FASTEST)
             left = size * rate / (1.0 - rate) if rate < 0.5 else size
@@ -141,7 +141,7 @@ def solve_stage(problem, cq, cv, goal):
             return admissible(model, data)
         if iteration > 0 and rate > SLOW:
             if refreshed >= 0 and iteration > refreshed + 2 and rate > 2.0:
-                break  # exact factors, and still moving away
+                break  # diverges with exact factors
             stale = True
         before = size
     work.key[0] = -1.0
@@ -152,7 +152,7 @@ def called(problem: Problem) -> list[Call]:
     """Return the calls of inverse_dynamics, tangent, solve_stage and uphold (None: not needed)."""
     work, arguments = problem.work, (problem.model, problem.data)
     state = (work.q, work.v, work.a, work.residual)
-    # a free base has a chart too; a scene without either does without this kernel
+    # a free base has a rotation vector too; a scene without any does not compile this kernel
     charts = len(problem.model.chart) > 0
     return [
         (inverse_dynamics, *arguments, *state),

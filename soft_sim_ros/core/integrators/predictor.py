@@ -1,9 +1,9 @@
 """The first guess of the accelerations of a step, from those of the steps before.
 
-Two guesses are kept for every stage: on a line through the last two known stages, which suits what
-has just been disturbed, and a smooth one on a parabola through the same stage of the last three
-steps. The one that was nearer in the last step is used in the next. Only equal steps are
-remembered, and no times, so the same motion has the same bits whenever it starts.
+Two guesses are kept for every stage: one on a line through the last two known stages, which is
+better after a disturbance, and one on a parabola through the same stage of the last three steps,
+which is better in smooth motion. The one that was nearer in the last step is used in the next. Only
+equal steps are remembered, and no times, so the same motion has the same bits whenever it starts.
 """
 
 from soft_sim_ros.core.backend.jit import kernel
@@ -42,7 +42,7 @@ def predict(work, i, h, share):
         for c in range(n):
             parabola[c] = 3.0 * (memory[0, 0, c] - memory[1, 0, c]) + memory[2, 0, c]
     else:
-        # what is smooth from step to step is the difference to the first stage
+        # the difference to the first stage varies smoothly from step to step
         for c in range(n):
             d0 = memory[0, i, c] - memory[0, 0, c]
             d1 = memory[1, i, c] - memory[1, 0, c]

@@ -1,4 +1,4 @@
-"""Everything a step of a simulation needs, as one struct that kernels get by its address."""
+"""All data of a step of a simulation, as one struct passed to kernels by address."""
 
 from typing import Any, NamedTuple
 
@@ -37,7 +37,7 @@ class Method(NamedTuple):
 
 @struct
 class Held(NamedTuple):
-    """What acts on the arm until further notice, in the base frame."""
+    """Gravity, efforts and tip wrench that are held, in the base frame."""
 
     gravity: Floats  # (3,) m/s²
     effort: Floats  # (A,) N·m, N or Pa; m of a tendon whose length is commanded
@@ -47,7 +47,7 @@ class Held(NamedTuple):
 
 @struct
 class State(NamedTuple):
-    """State and what was booked on the way to it."""
+    """State and the works and losses booked so far."""
 
     q: Floats  # (n,)
     v: Floats  # (n,)
@@ -92,15 +92,15 @@ class Work(NamedTuple):
     saved: Floats  # (2, n) q, v at the start of the step
     before: Floats  # (2, n) q, v at the start of the piece of the step at hand
     counters: Ints  # (6,)
-    measure: Floats  # (2,) last Newton measure; accumulated estimate of the error in time
+    measure: Floats  # (2,) last Newton correction; accumulated estimate of the error in time
 
 
 @struct
 class Problem(NamedTuple):
-    """All of it.
+    """Model, method, forcing, state and scratch.
 
     calls: addresses of inverse_dynamics, tangent, solve_stage, uphold (0: none) and the step of the
-    method: what a scene does not call is not compiled either.
+    method; kernels that a scene does not call are not compiled.
     """
 
     model: Model
@@ -117,7 +117,7 @@ CLOCK = 8
 
 
 def new_work(model: Model, stages: int) -> Work:
-    """Allocate scratch that remembers nothing."""
+    """Allocate scratch without memory of earlier steps."""
     n = len(model.weight)
     vectors = ("residual", "zero", "start_q", "start_v", "q", "v", "a")
     work = Work(
@@ -146,7 +146,7 @@ def new_work(model: Model, stages: int) -> Work:
 
 
 def forget(work: Work) -> None:
-    """Let the past have no influence on what comes: neither factors nor guesses remain."""
+    """Clear the solver's memory (factors, guesses), so the future depends on the state only."""
     kept: Any = ("system", "counters")
     for name, array in work._asdict().items():
         if name not in kept:

@@ -1,7 +1,7 @@
-"""The Lagrangian model M q̈ + C q̇ + g + k + R q̇ = τ of C (1.31), as functions of the state.
+"""The Lagrangian model M q̈ + C q̇ + g + k + R q̇ = τ as functions of the state.
 
-Every quantity is exact for the discrete model, that is for its kinetic and potential energy as
-functions of q and q̇.
+Dynamics of Soft Robots (1.31). Every quantity is exact for the discrete model, that is for its
+kinetic and potential energy as functions of q and q̇.
 """
 
 from __future__ import annotations
@@ -35,7 +35,9 @@ class Dynamics(Equations):
     """
 
     def reactions(self, q: Floats, v: Floats, a: Floats, time: float = 0.0) -> dict[str, Floats]:
-        """Return the wrench (6,) of every joint on the part after it: B (3.21), (3.34).
+        """Return the wrench (6,) of every joint on the part after it.
+
+        Boyer & Primault 2005 (3.21), (3.34).
 
         Moment and force in the frame after the joint, at its origin, from the balance of that
         part. Along the directions that the joint leaves free it is what motor, spring and damper
@@ -49,7 +51,8 @@ class Dynamics(Equations):
     def momentum(self, q: Floats, v: Floats) -> Floats:
         """Return the momentum map (6,) in world axes.
 
-        Angular momentum about the world's origin in kg·m²/s, momentum in kg·m/s (B, section 2).
+        Angular momentum about the world's origin in kg·m²/s, momentum in kg·m/s (Boyer & Primault
+        2005, section 2).
         """
         found = np.zeros(10)
         state = self.coordinates(q), self.coordinates(v, "v")
@@ -59,14 +62,14 @@ class Dynamics(Equations):
         return np.concatenate([turn @ found[:3] + np.cross(origin, push), push])
 
     def mass_matrix(self, q: Floats) -> Floats:
-        """Return M(q) (n, n) of C (1.32)."""
+        """Return M(q) (n, n) of Dynamics of Soft Robots (1.32)."""
         data = self.forcing()
         self.residual(q, self._zero, self._zero, data)
         matrix = self.last_tangent((0.0, 0.0, 1.0))
         return 0.5 * (matrix + matrix.T)
 
     def elastic_force(self, q: Floats) -> Floats:
-        """Return k(q) = ∂V_elastic/∂q (n,): C (1.35), projected with Φᵀ."""
+        """Return k(q) = ∂V_elastic/∂q (n,): Dynamics of Soft Robots (1.35), projected with Φᵀ."""
         q = self.coordinates(q)
         out = self._law(self.model.stiffness) @ q
         fibre_forces(self.model.fibres, self._data.section, q, out)
@@ -87,19 +90,21 @@ class Dynamics(Equations):
 
     @property
     def forces_follow(self) -> bool:
-        """Whether a load that follows the arm acts in the forcing of the last residual."""
+        """Whether a follower load acted in the last residual."""
         return bool(self._data.active[1])
 
     @cached_property
     def law_at_rest(self) -> Floats:
-        """The elastic stiffness (n,) of every coordinate in the reference shape, by itself."""
-        section = self._data.section.copy()  # belongs to the last residual
+        """The diagonal (n,) of the elastic stiffness in the reference shape."""
+        section = self._data.section.copy()  # scratch of the last residual, put back below
         diagonal = np.diag(self.stiffness_matrix()).copy()
         self._data.section[:] = section
         return diagonal
 
     def damping_matrix(self, q: Floats | None = None) -> Floats:
-        """Return R (n, n) at q, by default the reference shape: C (1.36), projected with Φᵀ.
+        """Return R (n, n) at q, by default the reference shape.
+
+        Dynamics of Soft Robots (1.36), projected with Φᵀ.
 
         It is ∫ Φᵀ Γ Φ ds, joint damping and mass damping Σ Jᵀ D J, which alone depends on q.
         """
@@ -118,7 +123,7 @@ class Dynamics(Equations):
         )
 
     def gravity_force(self, q: Floats) -> Floats:
-        """Return g(q) = ∂V_gravity/∂q (n,): C (1.34)."""
+        """Return g(q) = ∂V_gravity/∂q (n,): Dynamics of Soft Robots (1.34)."""
         data = self.forcing()
         data.active[:] = 0
         data.effort[self.model.length_control[:, 0] != 0.0] = -np.inf  # slack
@@ -127,7 +132,7 @@ class Dynamics(Equations):
     def effort_matrix(self, q: Floats, efforts: Floats | None = None) -> Floats:
         """Return the generalised force per unit effort (n, A) at rest.
 
-        The residual is linear in the efforts, so their differences are exact; they are small,
+        The residual is linear in the efforts, so finite differences are exact. They are small,
         because a tendon whose length is commanded may be close to slack.
         """
         level = vector_or_zeros("efforts", efforts, self.actuators)
@@ -213,7 +218,7 @@ class Dynamics(Equations):
         return jacobian, rate
 
     def tip_jacobian(self, q: Floats) -> Floats:
-        """Return the body Jacobian (6, n) of the last node: C (1.25)."""
+        """Return the body Jacobian (6, n) of the last node: Dynamics of Soft Robots (1.25)."""
         return self.jacobians(q, self._zero)[0][-1]
 
     def tip_jacobians(self, q: Floats) -> Floats:
@@ -229,7 +234,10 @@ class Dynamics(Equations):
         return twists[:, :3], twists[:, 3:] * self.compiled.tip_scale[:, None, None]
 
     def coriolis_matrix(self, q: Floats, v: Floats) -> Floats:
-        """Return C(q, q̇) (n, n) of C (1.33), with the null term M ad_η that makes Ṁ − 2C skew."""
+        """Return C(q, q̇) (n, n), with the null term M ad_η that makes Ṁ − 2C skew.
+
+        Dynamics of Soft Robots (1.33).
+        """
         v = self.coordinates(v, "v")
         jacobian, rate = self.jacobians(q, v)
         out = np.zeros((self.n, self.n))
@@ -248,7 +256,7 @@ class Dynamics(Equations):
         """
         data = self.forcing(share=0.0)
         out = np.zeros((self.n, self.n, self.n))
-        # accelerations that load the arm as much as its own elasticity: neither drowns the other
+        # accelerations whose forces are of the size of the elastic ones, to limit round-off
         law = np.abs(np.diag(self.stiffness_matrix()))
         mass = np.diag(self.mass_matrix(q))
         size = np.where(law > 0.0, law, mass) / mass
@@ -267,8 +275,9 @@ class Dynamics(Equations):
     def christoffel_matrix(self, q: Floats, v: Floats) -> Floats:
         """Return C_ij = Σ_k c_ijk q̇_k (n, n).
 
-        The other Coriolis matrix that makes Ṁ − 2C skew, the one behind C (1.43). It agrees with
-        ``coriolis_matrix`` on q̇, not on other vectors, and costs 2n tangents.
+        The other Coriolis matrix that makes Ṁ − 2C skew, the one behind Dynamics of Soft Robots,
+        (1.43). It agrees with ``coriolis_matrix`` on q̇, not on other vectors, and costs 2n
+        tangents.
         """
         return self.christoffel_symbols(q) @ self.coordinates(v, "v")
 
@@ -282,7 +291,9 @@ class Dynamics(Equations):
         tip: Floats | None = None,
         tip_follows: bool = False,
     ) -> InternalWrench:
-        """Return the internal wrench on both sides of every node: Θ of A (2.1), Λ of C (1.19).
+        """Return the internal wrench on both sides of every node.
+
+        Θ of Curvilinear Systems 2006 (2.1), Λ of Dynamics of Soft Robots (1.19).
 
         Parameters
         ----------
@@ -292,12 +303,12 @@ class Dynamics(Equations):
 
         Notes
         -----
-        It is what balances masses and loads beyond the section, hence right whatever the section
-        law: where strains are fixed it is the reaction (A's Lagrange multipliers), at joints it
-        is what the joint bears, effort included, and along a rod it is what section *and* tendons
-        carry together. Nodes are exact at the ends of elements, and converge with the order of
-        the nodes inside. That of a state with a ≠ ``forward_dynamics`` or of no equilibrium is
-        the one the residual forces would help to make.
+        It balances masses and loads beyond the section, so it does not depend on the section law.
+        For fixed strains it contains the reaction (the Lagrange multipliers of Curvilinear Systems
+        2006), at joints it is the whole wrench of the joint with its effort, and along a rod it is
+        the sum of section *and* tendons. It is exact at the ends of elements and converges with the
+        nodes inside. If (q, v, a) does not solve the equations of motion (a ≠ ``forward_dynamics``,
+        or no equilibrium), the wrench includes the residual forces that the motion would need.
         """
         v, a = (self._zero if x is None else x for x in (v, a))
         data = self.forcing(None, time, 1.0, tip, tip_follows)

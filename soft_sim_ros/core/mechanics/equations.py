@@ -40,8 +40,7 @@ class Equations:
     -----
     ``efforts`` (A,) in scene order default to zero. Loads are those of the scene at ``time`` in s,
     times ``share``.
-    Gravity is multiplied by ``share`` too, so one number scales everything a static load path
-    needs.
+    Gravity is multiplied by ``share`` too: a static load path scales one number.
     """
 
     def __init__(self, scene: Scene | Compiled) -> None:
@@ -56,7 +55,7 @@ class Equations:
         self.free = np.ones(self.n, dtype=bool)
         self.free[self.model.driven[:, 0]] = False
 
-    # Copies have scratch of their own; what is compiled never changes and is shared.
+    # Copies have their own scratch; the compiled scene is immutable and shared.
 
     def __copy__(self) -> Equations:
         return self._twin(None)
@@ -106,7 +105,7 @@ class Equations:
         return data
 
     def calls(self) -> list[Call]:
-        """Return the units that a mass matrix needs, as they are called, to be compiled ahead."""
+        """Return the kernels that a mass matrix needs, with arguments, to be compiled ahead."""
         state, alpha = (self._zero, self._zero, self._zero, self._zero), (1.0, 1.0, 1.0)
         matrix = np.zeros((self.n, self.n))
         return [
@@ -127,7 +126,7 @@ class Equations:
     def inverse_dynamics(
         self, q: Floats, v: Floats, a: Floats, efforts: Floats | None = None, time: float = 0.0
     ) -> Floats:
-        """Return the generalised force (n,) that the motion needs beyond loads and efforts."""
+        """Return the generalised force (n,) that the motion needs besides loads and efforts."""
         return self.residual(q, v, a, self.forcing(efforts, time))
 
     def forward_dynamics(
@@ -189,7 +188,7 @@ class Equations:
     def last_tangent(self, alpha: tuple[float, float, float]) -> Floats:
         """Return α₀ ∂r/∂q + α₁ ∂r/∂q̇ + α₂ ∂r/∂q̈ at the last ``residual``.
 
-        Any other call in between may move that state: ``tangents`` is safe.
+        Any call in between may overwrite that state; ``tangents`` takes the state explicitly.
         """
         matrix = np.zeros((self.n, self.n))
         factors = vector("alpha", alpha, 3).tolist()

@@ -1,11 +1,13 @@
-"""The equations of the continuum, C (1.9) and (1.20), as residuals: zero along a true motion.
+"""The equations of the continuum as residuals, which vanish along a true motion.
+
+They are Dynamics of Soft Robots (1.9) and (1.20).
 
 The functions at the top are the equations at a point, for arrays of points (…, 6); nothing of the
-discrete model is in them. ``fields`` reads all that they need off a discrete solution, element by
-element: the frames, twists and accelerations of the nodes, the strain field ξ₀ + Φ q, and the
-wrench that the section law gives for it. Slopes are those of the polynomials through the nodes.
-What is left of the equations is then the error of the discretisation, in both its parts: C (1.9) is
-not met where segments are too long, (1.20) where the basis is too poor, since a Galerkin solution
+discrete model is in them. ``fields`` evaluates a discrete solution for them, element by element:
+the frames, twists and accelerations of the nodes, the strain field ξ₀ + Φ q, and the wrench that
+the section law gives for it. Slopes are those of the polynomials through the nodes. The residuals
+are then the error of the discretisation, in both its parts: Dynamics of Soft Robots (1.9) is
+violated where segments are too long, (1.20) where the basis is too poor, since a Galerkin solution
 balances wrenches only on average.
 """
 
@@ -37,13 +39,13 @@ def bracket(x: Floats, y: Floats) -> Floats:
 
 
 def cobracket(x: Floats, wrench: Floats) -> Floats:
-    """Return ad_xᵀ Λ of twists and wrenches (…, 6): B (3.6)."""
+    """Return ad_xᵀ Λ of twists and wrenches (…, 6): Boyer & Primault 2005 (3.6)."""
     moment = np.cross(wrench[..., :3], x[..., :3]) + np.cross(wrench[..., 3:], x[..., 3:])
     return np.concatenate([moment, np.cross(wrench[..., 3:], x[..., :3])], axis=-1)
 
 
 def pose_residual(pose: Floats, pose_slope: Floats, strain: Floats) -> Floats:
-    """Return (g⁻¹ g′)ᵛ − ξ (…, 6): the first row of C (1.9)."""
+    """Return (g⁻¹ g′)ᵛ − ξ (…, 6): the first row of Dynamics of Soft Robots (1.9)."""
     turn = np.swapaxes(pose[..., :3, :3], -1, -2)
     curl = turn @ pose_slope[..., :3, :3]
     shift = np.einsum("...ij,...j->...i", turn, pose_slope[..., :3, 3])
@@ -55,7 +57,7 @@ def pose_residual(pose: Floats, pose_slope: Floats, strain: Floats) -> Floats:
 def twist_residual(
     strain: Floats, strain_rate: Floats, twist: Floats, twist_slope: Floats
 ) -> Floats:
-    """Return η′ + ad_ξ η − ξ̇ (…, 6): the second row of C (1.9)."""
+    """Return η′ + ad_ξ η − ξ̇ (…, 6): the second row of Dynamics of Soft Robots (1.9)."""
     return twist_slope + bracket(strain, twist) - strain_rate
 
 
@@ -67,7 +69,7 @@ def acceleration_residual(
     acceleration: Floats,
     acceleration_slope: Floats,
 ) -> Floats:
-    """Return η̇′ + ad_ξ̇ η + ad_ξ η̇ − ξ̈ (…, 6): the third row of C (1.9)."""
+    """Return η̇′ + ad_ξ̇ η + ad_ξ η̇ − ξ̈ (…, 6): the third row of Dynamics of Soft Robots (1.9)."""
     turned = bracket(strain_rate, twist) + bracket(strain, acceleration)
     return acceleration_slope + turned - strain_acceleration
 
@@ -81,7 +83,9 @@ def balance_residual(
     acceleration: Floats,
     load: Floats,
 ) -> Floats:
-    """Return 𝓜 η̇ − ad_ηᵀ 𝓜 η − Λ′ + ad_ξᵀ Λ − F (…, 6): C (1.20), A (2.1), B (3.15).
+    """Return 𝓜 η̇ − ad_ηᵀ 𝓜 η − Λ′ + ad_ξᵀ Λ − F (…, 6).
+
+    Dynamics of Soft Robots (1.20), Curvilinear Systems 2006 (2.1), Boyer & Primault 2005 (3.15).
 
     ``inertia`` (…, 6) is the diagonal of 𝓜 in kg·m and kg/m, ``load`` (…, 6) the wrench F per
     length, weight included, in section axes.
@@ -91,7 +95,7 @@ def balance_residual(
 
 
 class Field(NamedTuple):
-    """What a discrete solution says along one element, at its N nodes, in section axes.
+    """The fields of a discrete solution at the N nodes of one element, in section axes.
 
     Wrench components of strains that are held fixed are reactions: what balances the masses and
     loads beyond.
@@ -112,7 +116,7 @@ class Field(NamedTuple):
 
 
 class Residuals(NamedTuple):
-    """What is left of C (1.20) at the nodes of an element, (N, 6) each."""
+    """Residuals of Dynamics of Soft Robots (1.20) at the nodes of an element, (N, 6) each."""
 
     pose: Floats
     twist: Floats
@@ -121,7 +125,7 @@ class Residuals(NamedTuple):
 
 
 def residuals(field: Field) -> Residuals:
-    """Return what is left of all four equations of C (1.20) along an element."""
+    """Return the residuals of all four equations of the continuum along an element."""
     d, x, rate, eta = field.slope, field.strain, field.strain_rate, field.twist
     pose_slope = np.tensordot(d, field.pose, axes=1)
     acc = field.acceleration
@@ -184,7 +188,7 @@ def fields(
             strain, strain_rate, strain_acceleration = _strains(element, s, (q, v, a))
             wrench = np.concatenate(
                 [reaction.after[at][:-1], reaction.before[at][-1:]]
-            )  # the limits from inside
+            )  # limits at the ends, taken from inside the element
             law = _law(element, s, strain, strain_rate)
             law += _actuation(dynamics, rod_map.rod.name, element, s, strain, effort)
             wrench[:, active] = law[:, active]
@@ -233,7 +237,7 @@ def _law(element: Element, s: Floats, strain: Floats, strain_rate: Floats) -> Fl
 def _actuation(
     dynamics: Dynamics, rod: str, element: Element, s: Floats, strain: Floats, effort: Floats
 ) -> Floats:
-    """Return what moments, tendons and chambers add to the internal wrench (N, 6)."""
+    """Return the share of moments, tendons and chambers in the internal wrench (N, 6)."""
     out = np.zeros((len(s), 6))
     middle = 0.5 * sum(element.span)
     for size, actuator in zip(effort, dynamics.compiled.scene.actuators, strict=True):
@@ -242,7 +246,7 @@ def _actuation(
                 out[:, STRAINS.index(actuator.strain)] -= size
         elif isinstance(actuator, Routed):
             if isinstance(actuator, ChamberActuator):
-                size = -size * actuator.area  # pressure pushes where a tendon pulls
+                size = -size * actuator.area  # pressure acts as a negative tension
             if stretch := actuator.along(rod, middle):
                 d = stretch.offset(s)
                 along = strain[:, 3:] + np.cross(strain[:, :3], d) + stretch.slope(s)
@@ -273,7 +277,7 @@ def _loads(
 
 
 def _check(scene: Scene) -> None:
-    """Refuse what makes Λ more than a function of ξ, ξ̇ and efforts."""
+    """Refuse scenes whose Λ is not a function of ξ, ξ̇ and efforts only."""
     refuse_branches(scene, FORM)
     refuse_tendons(scene, FORM)
     for material in materials(scene):

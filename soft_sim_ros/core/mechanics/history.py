@@ -1,4 +1,4 @@
-"""What makes forces more than functions of q, q̇ and efforts, refused by name."""
+"""Refuses scenes with forces that are not functions of q, q̇ and efforts only."""
 
 from __future__ import annotations
 

@@ -1,8 +1,10 @@
-"""Inverse dynamics where only some coordinates are driven: B (3.34)–(3.36), at linear cost.
+"""Inverse dynamics where only some coordinates are driven, at linear cost.
 
-A manipulator with elastic links is told how its hinges move; how the links bend follows. So the
-accelerations of the driven coordinates are given and those of the others found, and then the
-torques that this takes: neither inverse nor forward dynamics, but both in one elimination.
+Boyer & Primault 2005 (3.34)–(3.36).
+
+For a manipulator with elastic links the motion of the hinges is given and the bending of the links
+follows. So the accelerations of the driven coordinates are inputs; those of the free coordinates
+and the torques of the driven ones are results. One elimination does both.
 """
 
 from __future__ import annotations
@@ -18,15 +20,15 @@ from soft_sim_ros.core.recursion.tangent import tangent
 
 from .dynamics import Dynamics
 
-# What is added to the diagonal of a driven coordinate, times its own mass: it then keeps still to
-# far beyond round-off in the elimination, which loses no digits in the other coordinates.
+# Added to the diagonal of a driven coordinate, times its own mass, so that it stays at rest in the
+# elimination to below round-off; the other coordinates lose no digits by it.
 HELD = 1e30
 
 
 class PrescribedMotion(NamedTuple):
     """Accelerations (n,), the generalised forces (n,) that drive them, reactions at the joints.
 
-    forces is zero but for driven coordinates: there it is what motors must give beyond efforts,
+    forces is zero except for driven coordinates: there it is what motors must add to efforts,
     springs and dampers, in N·m or N. reactions: joint → wrench (6,), see ``Dynamics.reactions``.
     """
 
@@ -44,7 +46,7 @@ def prescribed_motion(
     efforts: Floats | None = None,
     time: float = 0.0,
 ) -> PrescribedMotion:
-    """Return what it takes to accelerate the driven coordinates as given, all others free.
+    """Return the forces that accelerate the driven coordinates as given, all others being free.
 
     Parameters
     ----------

@@ -20,11 +20,11 @@ ROUNDING = 1e-9  # of the length
 
 
 class Moving(Protocol):
-    """What moves: a simulation."""
+    """A simulation, or anything else with coordinates."""
 
     @property
     def q(self) -> Floats:
-        """Coordinates (n,), read anew at every look."""
+        """Coordinates (n,), read at every call."""
 
 
 class Frames:
@@ -39,7 +39,7 @@ class Frames:
 
     Notes
     -----
-    A shallow copy looks at the same coordinates, a deep one at copied ones.
+    A shallow copy reads the same coordinates, a deep copy reads copied ones.
     """
 
     def __init__(

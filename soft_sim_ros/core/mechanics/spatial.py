@@ -1,4 +1,4 @@
-"""The same residual once more, in the fixed frame: B (2.29), (2.30).
+"""The same residual once more, in the fixed frame: Boyer & Primault 2005 (2.29), (2.30).
 
 ``recursion/rnea.py`` works in section frames (B's material formulation, (2.26)): twists are carried
 from frame to frame and wrenches carried back. Here every twist, momentum and wrench is taken about
@@ -85,7 +85,7 @@ def motion(
     efforts: Floats | None = None,
     time: float = 0.0,
 ) -> SpatialMotion:
-    """Return the motion (q, q̇, q̈) of all nodes in the base frame, and what forces it needs."""
+    """Return the motion (q, q̇, q̈) of all nodes in the base frame, and the forces it needs."""
     model = dynamics.model
     nodes = len(model.inertia)
     pose, twist, rate = np.zeros((nodes, 4, 4)), np.zeros((nodes, 6)), np.zeros((nodes, 6))
@@ -184,8 +184,8 @@ def inverse_dynamics(
 def _internal_forces(dynamics: Dynamics, q: Floats, v: Floats, efforts: Floats | None) -> Floats:
     """Return section law, joint law and actuators (n,).
 
-    Stress and strain turn together when the frame is changed, so their product is one and the same
-    in both formulations.
+    Stress and strain transform together when the frame changes, so their product is the same in
+    both formulations.
     """
     data = dynamics.forcing(efforts, share=1.0)
     data.gravity[:] = 0.0

@@ -1,9 +1,9 @@
-"""The internal wrench along the arm: what every section carries, jumps at concentrated loads.
+"""The internal wrench of every section along the arm, with its jumps at concentrated loads.
 
 The recursion knows the sum of inertial minus external wrenches from each node to the tip, loads
 and masses lumped at the nodes. Within an element their density is a polynomial through the nodes;
-its integral replaces the staircase of the lumps, and agrees with it at the ends of the element.
-What is left at a node is concentrated there: point loads, rigid bodies.
+its integral replaces the steps of the lumped sums and agrees with them at the ends of the element.
+Only concentrated wrenches remain as jumps: point loads and rigid bodies.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class InternalWrench(NamedTuple):
 
 
 def internal_wrench(compiled: Compiled, data: Data, time: float) -> InternalWrench:
-    """Return what ``Dynamics.internal_wrench`` promises, of what the recursion left in ``data``."""
+    """Return the result of ``Dynamics.internal_wrench`` from the last recursion in ``data``."""
     place(compiled.model, data)
     rotation, position = data.rotation.reshape(-1, 3, 3), data.position
     total = _to_base(data.wrench, rotation, position)

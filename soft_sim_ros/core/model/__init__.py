@@ -1,1 +1,1 @@
-"""What a compiled scene is: immutable arrays, and the segments they are made of."""
+"""A compiled scene: immutable arrays, and the segments they are made of."""

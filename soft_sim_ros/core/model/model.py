@@ -1,4 +1,4 @@
-"""What the kernels see: an immutable Model and a scratch Data, both flat named tuples of arrays.
+"""The kernels' arguments: an immutable Model and a scratch Data, flat named tuples of arrays.
 
 A forest of bodies is a list of *segments*, depth first. Segment k carries the frame of the node
 p that it leaves to node k + 1; in a chain, and along a branch, p = k:
@@ -9,7 +9,7 @@ p that it leaves to node k + 1; in a chain, and along a branch, p = k:
 the fourth-order Magnus step of g' = g ξ with ξ at the two Gauss points of the segment (κ = √3
 h²/12). A joint is the segment with h = 1, κ = 0 and constant φ; a rigid offset is a segment with
 no entries. Inertia is lumped at the nodes by Gauss–Lobatto weights, so the model is a discrete
-Lagrangian, and every quantity computed from it is exact for it. Consecutive segments that share
+Lagrangian, and every quantity is computed exactly for it. Consecutive segments that share
 coordinates form a *block* (a section element, a joint): the unit of elimination.
 
 All positions, loads and gravity are expressed in the base frame of the arm.
@@ -72,7 +72,7 @@ class Model(NamedTuple):
     damping: Floats  # … ∫ Φᵀ Γ Φ ds and joint damping
     branch: Floats  # … stiffness of Maxwell branches; (0,) without
     branch_time: Floats  # (n,) their relaxation times in s; (0,) without
-    fibres: Fibres  # what is not linear in the elasticity of the rods
+    fibres: Fibres  # the nonlinear part of the elasticity of the rods
     mass_damping: Floats  # (S + 1, 4) Rayleigh's α times the inertia of the rods; (0, 4) without
     # (n,) displacement of the tip beyond per unit coordinate over its distance from the base along
     # the bodies: Newton's norm
@@ -89,7 +89,7 @@ class Model(NamedTuple):
         Floats  # (A, 2) N/m and N·s/m of a tendon whose length is commanded; 0: its tension is
     )
     friction: Floats  # (A, 3) coefficient, slip speed in m/s, curvature in 1/m that counts as none
-    couple_ptr: Ints  # (A + 1,) columns by which an actuator ties blocks together
+    couple_ptr: Ints  # (A + 1,) columns by which an actuator couples blocks
     chart: Ints  # (C,) first coordinate of every rotation vector (spherical joints, free base)
     # (F, 3) of every free joint the segment that turns it (the one before shifts), its first
     # coordinate, and the node after the last that it carries
@@ -107,8 +107,8 @@ def in_its_plane(model: Model) -> Model:
     """Return the model, marked as planar if no coordinate can move it out of a plane.
 
     Strain components without coordinates do not change; if those out of the plane vanish at rest
-    too, no load and no effort moves a node out of the plane, and what would is borne by the
-    section. The wrench in ``Data`` then lacks what is borne.
+    too, no load and no effort moves a node out of the plane: the section carries such loads as
+    reactions. The wrench in ``Data`` then lacks these reactions.
     """
     for space in (PlaneXY(), PlaneXZ()):
         out = [c for c in range(6) if c not in space.components]
@@ -136,7 +136,7 @@ class Data(NamedTuple):
     gravity: Floats  # (3,) base frame, m/s²
     dead: Floats  # (S + 1, 6) moment and force fixed in the base frame
     follower: Floats  # (S + 1, 6) moment and force fixed in the section
-    active: Ints  # (2,) whether any dead wrench, any follower acts: kernels skip what does not
+    active: Ints  # (2,) flags: any dead wrench, any follower wrench; kernels skip absent ones
     effort: Floats  # (A,) N·m, N or Pa; m pulled in of a tendon whose length is commanded
     station: Floats  # (P, 2, 4) along tendons with friction (terms/friction.py)
     section: Floats  # (P, 4) K − K₀ and stretch at the stations of hyperelastic sections

@@ -47,8 +47,8 @@ def project_linear(function: Callable[[Floats], Floats], marks: Sequence[float])
 
     The function is smooth between neighbours of ``marks``; first and last are the ends.
 
-    Its mean and first moment are all that a fourth-order Magnus step sees. Taking them exactly,
-    instead of point values, makes the step exact for strains that commute, whatever their degree:
+    A fourth-order Magnus step depends only on mean and first moment of the function. Taking them
+    exactly, instead of point values, makes the step exact for strains that commute, of any degree:
     planar bending, twist, stretch of a straight rod.
     """
     s, w = composite(PROJECTION, marks)

@@ -1,4 +1,4 @@
-"""Derivatives of segments, four at once: what they add to the Jacobian; geometric stiffness."""
+"""Derivatives of four segments at a time: their Jacobian columns and geometric stiffness."""
 
 import numpy as np
 
@@ -104,7 +104,10 @@ def local_stiffness(model, data, rows, beyond, c, hessian, here):
 
 @unit
 def node_jacobians(model, data, jacobian, rate):
-    """Fill J and J̇ (nodes, 6, n) in the base frame, at the state of the last sweep: C (1.25)."""
+    """Fill J and J̇ (nodes, 6, n) in the base frame, at the state of the last sweep.
+
+    Dynamics of Soft Robots (1.25).
+    """
     jacobian, rate = bare(jacobian), bare(rate)
     place(model, data)
     columns, series = np.zeros((WIDTH, 12, 20)), np.zeros((1, 40))

@@ -1,11 +1,11 @@
 """The Newton matrix of a forest, kept and solved block by block at a cost linear in the blocks.
 
-In the base frame a column of the Jacobian stays what it is beyond its own block, so the matrix is
-semiseparable: with a few numbers per coordinate, rows P (18), Q (18), J and X (6; in a plane half
-as many),
+In the base frame a column of the Jacobian is constant beyond its own block, so the matrix is
+semiseparable. It is stored by a few numbers per coordinate, the rows P (18), Q (18), J and X (6;
+half as many in a plane):
 
-    K_ii = D_i,     K_ij = P_iᵀ Q_j  (i after j: what i feels of the motion of j),
-                    K_ij = J_iᵀ X_j  (i before j: what j exerts on i).
+    K_ii = D_i,     K_ij = P_iᵀ Q_j  (i after j: force on i by the motion of j),
+                    K_ij = J_iᵀ X_j  (i before j: force that j exerts on i).
 
 With the motion handed towards the tip, s_{i+1} = s_i + Q_i x_i, and the wrench handed towards the
 base, t_{i-1} = t_i + X_i x_i, elimination from the tip writes t_i = A_i s_{i+1} + b_i: the
@@ -40,7 +40,7 @@ class System(NamedTuple):
     """Blocks of the matrix and of its factors.
 
     With w = 6 components of a twist (3 in a plane), and block b of m coordinates padded to W, a
-    multiple of four, with zeros: what is ``rows`` (k, W) of a block stands at k · column[b].
+    multiple of four, with zeros. ``rows`` (k, W) of block b begin at k · column[b] of an array.
     """
 
     offset: Ints  # (B + 1,) diagonal[offset[b]:] as (m, m)
@@ -50,13 +50,13 @@ class System(NamedTuple):
     motion: Floats  # rows (3w, W): Q = (J; Z; Y) at the end of the block
     feels: Floats  # rows (3w, W): P
     exerts: Floats  # rows (w, W): X
-    carry: Floats  # rows (3w, W): what it does when the part before moves, transposed
-    gain: Floats  # rows (w, W): what it hands on to the base
+    carry: Floats  # rows (3w, W): response of the block to motion of the part before, transposed
+    gain: Floats  # rows (w, W): wrench passed on towards the base
     inverse: Floats  # of D + Jᵀ A Q, transposed
     scratch: Floats  # (3w + m, W) of the largest block
     pivot: Ints  # (m,) of the largest block
     vectors: Floats  # (2, W) of the largest block
-    left: Floats  # (R, n) columns of U, of what ties blocks together (coupling.py) …
+    left: Floats  # (R, n) columns of U of the couplings between blocks (couplings.py) …
     right: Floats  # (R, n) … and of V
     reach: Floats  # (R, n) columns of K₀⁻¹ U
     small: Floats  # (R, R) factors of 1 + Vᵀ K₀⁻¹ U

@@ -153,16 +153,14 @@ def restore_momentum(model, data, work, i, h, q, v):
 
 @unit
 def uphold(model, data, work, h, q, v):
-    """See to what the equations leave open, before (h = 0) and after a piece of a step of h in s.
+    """Keep momentum and rotation vectors, before (h = 0) and after a piece of a step of h in s.
 
     The momentum of what nothing holds, and rotation vectors of less than a full turn. Return
     whether coordinates were exchanged: the method's memory is then void. Scenes without either
     never compile or call this.
     """
     q, v = bare(q), bare(v)
-    free = (
-        len(model.free) > 0 and len(model.mass_damping) == 0
-    )  # mass damping is a force from outside
+    free = len(model.free) > 0 and len(model.mass_damping) == 0  # mass damping is an external force
     if h == 0.0:
         for i in range(len(model.free) if free else 0):
             begin, last = model.free[i, 0] + 1, model.free[i, 2]

@@ -59,7 +59,7 @@ def node_matrices(model, data, rows, out, here):
     angular_rate = madd(central_rate, offset_rate)
     arm_rate = mscale(mass, skew(v_node))
     hm, hn = skew(h_moment), skew(push)
-    # dead wrench and weight, turning with the section in body components: δF = ω × (…)
+    # body components of dead wrench and weight change as the section turns: δF = ω × (…)
     force = lanes_of(scale(mass, polar_of(space, data.gravity)))
     moment = lanes_of((0.0, 0.0, 0.0))
     if data.active[0] != 0:

@@ -1,4 +1,4 @@
-"""What is read off a state: energies, actuator ports, frames along the arm."""
+"""Outputs of a state: energies, actuator ports, frames along the arm."""
 
 import math
 
@@ -95,7 +95,7 @@ def sample_poses(model, data, samples, base, q, zero, poses):
     place(model, data)
     row = (base[0], base[1], base[2], base[3], base[4], base[5], base[6], base[7], base[8])
     origin = (base[9], base[10], base[11])
-    xi = data.xi[0]  # overwritten: every reader of data.xi fills it first
+    xi = data.xi[0]  # used as scratch: every user of data.xi fills it first
     for p in range(len(samples.node)):
         for i in range(2):
             for c in range(6):

@@ -1,12 +1,12 @@
 """The recursion over the forest: motion from base to tips, wrenches from tips to base.
 
-``inverse_dynamics`` is the residual of everything: statics, forward dynamics and every implicit
-step. It returns
+``inverse_dynamics`` is the residual of statics, of forward dynamics and of every implicit step. It
+returns
 
     r = M(q) q̈ + C(q, q̇) q̇ + g(q) + K q + R q̇ − (loads and actuators),
 
-of C (1.31) with the misprints of (1.35), (1.36) settled by virtual work (k = ∫Φᵀ H Φ q, R = ∫Φᵀ Γ
-Φ).
+of Dynamics of Soft Robots (1.31) with the misprints of (1.35), (1.36) settled by virtual work (k =
+∫Φᵀ H Φ q, R = ∫Φᵀ Γ Φ).
 """
 
 from soft_sim_ros.core.algebra.dual import (
@@ -53,7 +53,7 @@ def strains(model, data, q, v, a):
     """Fill data.xi: strain, rate and acceleration at both Gauss points of every segment.
 
     Entries of a segment are in the order of their components, so each component is summed up in
-    registers; rates without coordinates are the zeros they were allocated as.
+    registers. Rates of components without coordinates keep the zeros of their allocation.
     """
     xi = data.xi
     for k in range(len(model.half)):
@@ -81,7 +81,7 @@ def strains(model, data, q, v, a):
 
 @algebra
 def relative_motion(model, data):
-    """Fill what the motion over a segment is, by its own strains; data.xi must be filled."""
+    """Fill the relative motion over every segment from its strains; data.xi must be filled."""
     space = model.space
     count = len(model.half)
     for k in range(0, count, WIDTH):
@@ -155,7 +155,7 @@ def place(model, data):
 
 @algebra
 def inertial_wrenches(model, data):
-    """Fill data.wrench with that of the inertia and weight of every node alone."""
+    """Fill data.wrench with the wrench of inertia and weight of every node, without loads."""
     space = model.space
     count = len(model.inertia)
     for k in range(0, count, WIDTH):
@@ -211,7 +211,7 @@ def carry_wrenches(model, data):
 
 @algebra
 def dual_forces(model, data):
-    """Fill data.dual: what the wrench beyond every segment does per unit of its strains."""
+    """Fill data.dual: work of the wrench beyond every segment per unit of its strains."""
     space = model.space
     count = len(model.half)
     for k in range(0, count, WIDTH):

@@ -1,7 +1,7 @@
 """The exact derivative of the residual, assembled from body-sized pieces.
 
-In the base frame a column U of the Jacobian (the twist of all that follows, per unit coordinate)
-does not change along the chain after its own block. With U̇, Ü its time derivatives, I, h the
+In the base frame a column U of the Jacobian (the twist of all later nodes per unit coordinate) is
+constant along the chain after its own block. With U̇, Ü its time derivatives, I, h the
 inertia and momentum of a node and Λ the wrench from there to the tip, the variation of r = Σ Jᵀ F
 is (docs/theory.md)
 
@@ -52,7 +52,7 @@ def segment_columns(model, k, begin, columns, step):
 
 @algebra
 def turned_wrench(space, data, k, a0, columns, out):
-    """Fill out (size, m) with a0 U × Λ: the tail's wrench turned by columns of segment k."""
+    """Fill out (size, m) with a0 U × Λ: change of the tail's wrench by turning with segment k."""
     rotation = rotation_of(space, data.rotation[k + 1])
     f = wrench_of(space, data.wrench[k + 1])
     fn = scale(a0, apply(rotation, f[0]))
@@ -101,10 +101,10 @@ def block_tangent(model, data, alpha, b, tail, pieces, system):
     size = size_of(space)
     begin, end = model.block_col[b], model.block_col[b + 1]
     m = end - begin
-    # what a node feels of the columns so far, what they exert
+    # wrench on a node by the motion of the columns so far, and wrench that they exert
     feel, exerts = rows(system, system.feels, 3 * size, b), rows(system, system.exerts, size, b)
     width = feel.shape[1]
-    # J, J̇, J̈ of the columns so far, what a segment adds to them
+    # J, J̇, J̈ of the columns so far, and what a segment adds to them
     jac, step = np.zeros((20, width)), np.zeros((20, width))
     z, y, out = np.zeros((size, width)), np.zeros((size, width)), np.zeros((size, width))
     turned, block = np.zeros((12, width)), np.zeros((m, width))
@@ -124,7 +124,7 @@ def block_tangent(model, data, alpha, b, tail, pieces, system):
                 accumulate(exerts, out, size)
                 add_entries(model, k, begin, a0, hessian[i], turned, block)
             accumulate(jac, step, 3 * size)
-        # the node that ends the block moves with all that is beyond
+        # the last node of the block moves with all later ones
         accumulate(tail if k == last else inner, nodes[i], 3 * size)
         if m == 0:
             continue

@@ -1,7 +1,8 @@
-"""How far off the tip is because strains are polynomials and nodes are few: by a finer model.
+"""Error of the tip by the discretisation in space, estimated with a finer model.
 
-A state of one discretisation is shown in a finer one, where it is no solution any more; Newton's
-method, or one step of it, says how far the tip has to go. The time integration is not judged here.
+A state of one discretisation is mapped to a finer one, where it is no longer a solution. Newton's
+method, or one step of it, gives the distance of the tip to the solution there. Errors in time are
+not included.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from .prolong import finer, prolong, reference_turn
 STEPS = 12  # of Newton's method
 FOUND = 1e-7  # its last correction, as a displacement of the tip in arm lengths
 LONGEST = 0.5  # arm lengths that one correction may move the tip
-# What a run may be off before somebody is told, over the length: by what was written, and without.
+# Errors over the length above which a warning is given: with written numerics, and without.
 WRITTEN, UNWRITTEN = 1e-2, 1e-3
 # What is left beyond a finer model: little with two more orders, a third of the way or more where
 # elements are halved, whose error falls with their square at best.
@@ -89,7 +90,7 @@ def static_error(
 
 
 def trust(dynamics: Dynamics) -> float:
-    """Return how many times the way to the finer model the error may be, which is no continuum."""
+    """Return the ratio of the error to the distance to the finer model, which is not exact."""
     bases = dynamics.compiled.scene.numerics.rods.values()
     return HALVED if any(basis.kind in FIXED_ORDER for basis in bases) else SAFETY
 
@@ -158,7 +159,7 @@ def motion_error(
 
 
 def limit_of(dynamics: Dynamics) -> float:
-    """Return the error in space over the length beyond which somebody is told."""
+    """Return the error in space over the length beyond which a warning is given."""
     return WRITTEN if dynamics.compiled.scene.numerics.written else UNWRITTEN
 
 

@@ -1,7 +1,7 @@
-"""To what commands are cut where nobody set a limit: the wrench at the tip, and efforts.
+"""Default bounds of commands without limits: the wrench at the tip, and efforts.
 
-A finite number is not yet a sane one: no arm can be asked to follow a push of 1e308 N. So there are
-bounds that no useful command comes near. They follow from the arm alone:
+A finite number need not be a reasonable one, for example a force of 1e308 N. So commands are
+limited to bounds far beyond any useful command. They follow from the arm only:
 
 - force: what stretches its stiffest section by a tenth, but not less than ten times its weight nor
   more than a thousand times;
@@ -82,15 +82,15 @@ class Bounds:
     def recorded(cls, scene: Scene, facts: dict[str, str]) -> Bounds:
         """Bounds that a recording says were in force; none where it says nothing."""
         plain = cls.none(scene)
-        efforts = np.array(json.loads(facts.get("effort_limits", "null")) or plain.efforts, float)
+        text = facts.get("effort_limits", "null")
+        try:
+            efforts = np.array(json.loads(text) or plain.efforts, float)
+        except (ValueError, TypeError):  # not JSON, or not of numbers
+            efforts = np.empty(0)
         if efforts.shape != plain.efforts.shape or np.isnan(efforts).any():
             shape = f"{len(plain.efforts)} pairs of numbers"
-            raise ValueError(f"effort_limits = {bare(facts['effort_limits'])}: expected {shape}")
-        return cls(
-            efforts,
-            float(facts.get("moment_limit", math.inf)),
-            float(facts.get("force_limit", math.inf)),
-        )
+            raise ValueError(f"effort_limits = {bare(text)}: expected {shape}")
+        return cls(efforts, _limit(facts, "moment_limit"), _limit(facts, "force_limit"))
 
     def facts(self) -> dict[str, str]:
         """Give the bounds as text, for `recorded`."""
@@ -124,3 +124,15 @@ class Bounds:
 def _limits(scene: Scene) -> NDArray[np.float64]:
     limits = np.array([a.limits for a in scene.actuators], dtype=float)
     return limits.reshape(len(scene.actuators), 2)
+
+
+def _limit(facts: dict[str, str], name: str) -> float:
+    """Return a recorded limit; infinite where there is none."""
+    text = facts.get(name, "inf")
+    try:
+        limit = float(text)
+    except ValueError:
+        limit = math.nan
+    if not limit >= 0.0:
+        raise ValueError(f"{name} = {bare(text)}: expected a number, 0 or more")
+    return limit

@@ -1,4 +1,4 @@
-"""What pushes the arm from outside: commanded efforts and the wrench at the tip.
+"""External inputs of the arm: commanded efforts and the wrench at the tip.
 
 ``Inputs`` stands between messages and ``Simulation``. The efforts of every step are a pure function
 of the simulation time and of the orders taken up so far, so the node and a later re-simulation of
@@ -76,7 +76,7 @@ class Inputs:
             )
             for name, value in (("command_timeout", command_timeout), ("ramp", ramp))
         )
-        # A timeout of less than a nanosecond must not become none at all.
+        # A timeout below a nanosecond must not be rounded to 0, which means none.
         self._timeout_ns = round(timeout * 1e9) or int(timeout > 0.0)
         self._ramp_ns = round(ramp * 1e9)
         self.simulation = simulation
@@ -94,7 +94,7 @@ class Inputs:
         self._clear()
         self.update()
 
-    # Orders: anything wrong with a command is said here, before it reaches the arm.
+    # Orders: errors in a command are found here, before it reaches the arm.
 
     def effort_order(self, efforts: Sequence[float] | np.ndarray) -> Order:
         """Order for all actuators, ``efforts`` (n_actuators,) in scene order."""
@@ -107,7 +107,7 @@ class Inputs:
             )
         return self._bounded(COMMAND, self._all, values)
 
-    def joint_order(self, names: Sequence[str], efforts: Sequence[float]) -> Order:
+    def joint_order(self, names: Sequence[str], efforts: Sequence[float] | np.ndarray) -> Order:
         """Order for some actuators by name, ``efforts`` (len(names),)."""
         if not names:
             raise CommandError(JOINT_COMMAND, f"no names: expected some of {self._known}", "length")
@@ -139,7 +139,7 @@ class Inputs:
             raise CommandError(JOINT_COMMAND, f"actuator named more than once: {twice}", "twice")
         return np.array([self._index[name] for name in names], dtype=np.intp)
 
-    def wrench_order(self, wrench: Sequence[float], frame: str = WORLD) -> Order:
+    def wrench_order(self, wrench: Sequence[float] | np.ndarray, frame: str = WORLD) -> Order:
         """Order for the tip wrench (6,), moment N·m then force N; "world" dead, "tip" follower."""
         values = numbers(EXTERNAL_WRENCH, wrench)
         if values.shape != (6,):
@@ -174,7 +174,7 @@ class Inputs:
     def take(self, order: Order) -> None:
         """Hold the values of ``order`` from the next `update` on; its timeout starts now."""
         now = self.simulation.time_ns
-        # first what makes the next `update` look: an interrupt may come anywhere
+        # set the flags for the next `update` first, because an interrupt may come at any time
         if order.frame is None:
             self._changed = True
         else:

@@ -1,4 +1,4 @@
-"""Validated commands: what an order is, and what is said of one that is none."""
+"""Validated commands (orders), and the errors of invalid ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A scene that moves: state, inputs held between calls, steps, and what can be read off."""
+"""Simulation of a scene: state, inputs held between calls, steps, and outputs."""
 
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ class Simulation(Twins):
         wholly(begin)
 
     def _place(self, q: Floats, v: Floats) -> None:
-        """Set coordinates and rates; dashpots are where nothing pulls at them, and rest."""
+        """Set coordinates and rates; dashpots are relaxed and at rest."""
         parts = len(self._q) // self.n_coordinates if self.n_coordinates else 1
         self._q[:], self._v[:] = np.tile(q, parts), 0.0
         self._v[: self.n_coordinates] = v
@@ -231,7 +231,7 @@ class Simulation(Twins):
             raise BadArgument("frame", frame, "'world' or 'tip'")
         follows = frame == "tip"
         local = wrench if follows else self.dynamics.to_base(wrench)
-        if not np.isfinite(local).all():  # turned, it is beyond all numbers
+        if not np.isfinite(local).all():  # overflows when rotated
             raise BadArgument("wrench", wrench, "6 finite numbers, also along the axes of the base")
         held = self._held
         if follows == held.follows[0] and np.array_equal(local, held.tip):
@@ -278,7 +278,7 @@ class Simulation(Twins):
             index = clock.item()
             if index >= last:
                 return
-            # how steps are grouped changes no bit, so it may depend on how fast this machine is
+            # grouping does not change results, so it may depend on the speed of the machine
             self._pace = next_pace(self._pace, time.perf_counter() - begin)
 
     def ports(self) -> tuple[Floats, Floats, Floats]:

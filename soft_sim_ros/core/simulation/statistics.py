@@ -1,4 +1,4 @@
-"""What the solver counts."""
+"""Counters of the solver."""
 
 from typing import NamedTuple
 

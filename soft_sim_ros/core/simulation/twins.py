@@ -12,7 +12,7 @@ from soft_sim_ros.core.mechanics.dynamics import Dynamics
 
 
 class Twins:
-    """What makes copies of a Simulation simulations of their own in the same state.
+    """Makes copies of a Simulation independent simulations in the same state.
 
     Shallow ones, deep ones and those unpickled; the solver's memory and the ledger are in the
     state, so they go on with the same bits. Scene and model are immutable, and shared but by

@@ -1,8 +1,8 @@
 """Actuators as ports: their generalised forces, the derivative of these, positions and rates.
 
-The kernels see data.xi, the strains at the Gauss points, and nothing else of the motion. A port
-position is gain · q (a moment, a joint torque), or a multiple of how much a path got longer
-(−1: a tendon; its area: a chamber).
+The kernels read only data.xi, the strains at the Gauss points. A port position is gain · q (a
+moment, a joint torque), or a multiple of the lengthening of a path (−1 for a tendon, the area for a
+chamber).
 """
 
 import numpy as np
@@ -68,7 +68,7 @@ def actuator_tangent(model, data, alpha, system):
 
 @unit
 def tendon_tangents(model, data, alpha, system):
-    """Add those of all tendons and chambers."""
+    """Add the derivatives of the generalised forces of all tendons and chambers."""
     for i in range(len(model.tendon_ptr) - 1):
         if model.tendon_ptr[i] < model.tendon_ptr[i + 1]:
             tendon_tangent(model, data, i, alpha, system)
@@ -76,7 +76,7 @@ def tendon_tangents(model, data, alpha, system):
 
 @kernel
 def tendon_tangent(model, data, i, alpha, system):
-    """Add T ∂²ℓ/∂q² of actuator i, and what its tension does when the shape or its rate changes."""
+    """Add T ∂²ℓ/∂q² of actuator i, and the change of its tension with the shape and its rate."""
     tension, stiffness, damping = pull(model, data, i)
     if tension == 0.0:
         return
@@ -119,7 +119,7 @@ def actuator_loss(model, data):
 
 @unit
 def tendon_loss(model, data):
-    """Return ``actuator_loss`` where there may be some."""
+    """Return ``actuator_loss``, or 0 for models whose actuators have no loss."""
     total = 0.0
     for i in range(len(model.tendon_ptr) - 1):
         if model.length_control[i, 0] != 0.0:

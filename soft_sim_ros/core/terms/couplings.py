@@ -1,8 +1,8 @@
-"""What ties blocks together beyond the chain itself: K = K₀ + U Vᵀ with few columns.
+"""Couplings between blocks that are not neighbours: K = K₀ + U Vᵀ with few columns.
 
-A tendon whose length is commanded is a spring between all blocks it passes, one column. K₀ is the
-chain's own matrix, solved at linear cost; the rest is the formula of Sherman, Morrison and
-Woodbury, x = y − Z (1 + Vᵀ Z)⁻¹ Vᵀ y with y = K₀⁻¹ f, Z = K₀⁻¹ U. No columns, no cost.
+A tendon whose length is commanded is a spring between all blocks that it passes: one column. K₀ is
+the chain's own matrix, solved at linear cost; the rest is the formula of Sherman, Morrison and
+Woodbury, x = y − Z (1 + Vᵀ Z)⁻¹ Vᵀ y with y = K₀⁻¹ f, Z = K₀⁻¹ U. Without columns it costs nothing.
 """
 
 from soft_sim_ros.core.algebra.linalg import lu_factor, lu_solve, row_dot

@@ -4,8 +4,9 @@ A fibre at (y, z) of the stress-free section, of an incompressible material, is 
 
     λ = Γ + (z K_y − y K_z)/√Γ,     γ² = t K_x²,
 
-with Γ = 1 + (ξ − ξ₀)_x, K = K − K₀, and (y, z)/√Γ where it went as the section got thinner. The
-energy per reference length is W = Σ w(λ, γ²) dA; force and stiffness are its exact derivatives.
+with Γ = 1 + (ξ − ξ₀)_x and K counted from K₀. The section gets thinner as the rod is stretched, so
+the fibre lies at (y, z)/√Γ. The energy per reference length is W = Σ w(λ, γ²) dA; force and
+stiffness are its exact derivatives.
 """
 
 import math
@@ -56,8 +57,8 @@ def rivlin(c10, c01, c20, c30, stretch, twist):
 def fibre(fibres, law, stretch, twist):
     """Return w in J/m³ and its derivatives by λ, γ², λλ, λγ², γ²γ².
 
-    Beyond the range of the law w goes on as a parabola in λ. Newton's method may pass through
-    there; no state that lies there is accepted.
+    Outside of the range of the law, w is continued as a parabola in λ. Newton's method may pass
+    through such states; none of them is accepted as a solution.
     """
     p = fibres.laws
     inside = min(max(stretch, p[law, 0]), p[law, 1])

@@ -20,7 +20,7 @@ def schedule_factor(start, end, ramp, t):
 
 @kernel
 def slack(t, h):
-    """Return the difference in s below which two times are one: round-off of t, or h / 10⁹."""
+    """Return the difference in s below which two times are equal: round-off of t, or h / 10⁹."""
     return 1e-9 * h + 1e-15 * abs(t)
 
 
@@ -48,7 +48,7 @@ def switches_at(loads, t, h):
 def inside(t, h, c):
     """Return t + c h, kept off the ends of the step.
 
-    A load that jumps there belongs to one side only.
+    A load that jumps at an end of the step must be evaluated on the side of the step.
     """
     near = 2.0 * slack(t, h)
     return min(max(t + h * c, t + near), t + h - near)
@@ -111,7 +111,7 @@ def load_power(model, data):
 
 @kernel
 def damping_power(model, data, v):
-    """Return q̇ᵀ R q̇ in W, mass damping and what tendons lose as of the last sweep."""
+    """Return q̇ᵀ R q̇ in W with mass damping and losses of tendons, at the last sweep."""
     total = actuator_loss(model, data)
     for i in range(len(model.law_ptr) - 1):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):

@@ -2,7 +2,7 @@
 
 Between two stations the path turns by φ, and the tension drops to exp(−μ φ σ) of itself in the
 direction in which the tendon slips through: u is the slip speed there, towards where it is pulled,
-and σ = u/√(u² + v₀²) stands for its sign. So rest is a creep slower than v₀, and the loss
+and σ = u/√(u² + v₀²) is a smooth sign of u. Sticking is thus a creep slower than v₀, and the loss
 Σ (T₋ − T₊) u is never negative, whatever the motion.
 
 data.station (P, 2, 4) holds, per station: rate of shortening in m/s, wrap in rad/m, tension in N,

@@ -1,6 +1,6 @@
 """Rayleigh damping proportional to mass: the wrench D η on every node, D = α × its inertia.
 
-Summed over the nodes it is Σ Jᵀ D J q̇, that is α M q̇ where one α rules all masses.
+Summed over the nodes it is Σ Jᵀ D J q̇, that is α M q̇ if all masses have the same α.
 """
 
 from soft_sim_ros.core.algebra.dual import (

@@ -5,8 +5,9 @@ solver: work.q = (q, q_d), work.v = (q̇, q̇_d). But the law of a dashpot,
 
     τ q̇_d = q − q_d,     force on the coordinates K_m (q − q_d) = τ K_m q̇_d,
 
-is linear and its own, so every stage solves it in closed form and Newton's method never sees it.
-One τ rules a block; without branches model.branch_time is empty and nothing here runs.
+is linear and involves no other dashpot, so every stage solves it in closed form, outside of
+Newton's method. A block has one τ. Without branches model.branch_time is empty and nothing here
+runs.
 """
 
 from soft_sim_ros.core.backend.jit import kernel
@@ -69,7 +70,7 @@ def branch_energy(model, q):
 
 @kernel
 def branch_power(model, v):
-    """Return τ q̇_dᵀ K_m q̇_d in W, what the dashpots dissipate; 0 for v without dashpots."""
+    """Return τ q̇_dᵀ K_m q̇_d in W, the dissipation of the dashpots; 0 for v without dashpots."""
     n = len(model.branch_time)
     total = 0.0
     if len(v) == n:

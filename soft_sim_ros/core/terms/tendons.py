@@ -1,4 +1,4 @@
-"""One tendon (or chamber): its path through the deformed rod, its tension, what these derive to.
+"""One tendon (or chamber): its path through the deformed rod, its tension, their derivatives.
 
 A station is a Gauss point of a segment that the path runs through: t = Γ + K × d + d' is the
 tangent of the path per arc length of the rod, n its direction, and half |t| the length of path

@@ -1,4 +1,4 @@
-"""What others have made and reports contain, unchanged.
+"""Third-party files contained in reports, unchanged.
 
 ``three.module.min.js``: three.js r170, file ``build/three.module.min.js`` of the npm package
 ``three`` 0.170.0. MIT licence, its text is in ``LICENSE.three.txt``. sha256 of the file:

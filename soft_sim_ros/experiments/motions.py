@@ -1,4 +1,4 @@
-"""Measured motions with what drove them, and what another scene would have done instead."""
+"""Measured motions with their inputs, and predictions of other scenes under the same inputs."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_sim_ros.batch.programme import Programme, ProgrammeError
-from soft_sim_ros.commands.rerun import Rerun, recorded_scene
 from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import RecordingError, SceneError, SolverError
+from soft_sim_ros.experiments.resimulation import Rerun, recorded_scene
 from soft_sim_ros.files import MOST_TABLE, read_npz, read_text
 from soft_sim_ros.recording.reader import Run
 from soft_sim_ros.scene import Scene, parse_scene
@@ -128,6 +128,10 @@ def read_motion(path: Path) -> tuple[Floats, Floats]:
     An ``.npz`` or a table as ``report`` exports them. A table has a header ``time,x,y,z`` for the
     tip or ``time,x0,y0,z0,x1,…`` for points equally spaced from base to tip; other columns do not
     count, and an empty cell is something not measured.
+
+    Parameters
+    ----------
+    path : of the file
 
     Raises
     ------
