@@ -66,11 +66,31 @@ def _words(part: Any) -> int:
     return int(part in (types.float64, types.int64) or isinstance(part, Struct))
 
 
+_seen: dict[Any, Struct] = {}  # by layout: numba takes some 20 µs to name the type of an array
+_TYPE_BITS = 0x1 | 0x2 | 0x400  # of numpy's flags: contiguous by rows, by columns, writable
+
+
+def layout(value: Any) -> tuple[Any, ...]:
+    """Return what the type of a struct depends on, and nothing else, as a key of dictionaries."""
+    parts: list[Any] = [type(value)]
+    for part in value:
+        if isinstance(part, np.ndarray):
+            parts.append((part.dtype, part.ndim, part.flags.num & _TYPE_BITS))
+        elif isinstance(part, tuple) and part:
+            parts.append(layout(part))
+        else:
+            parts.append(type(part))
+    return tuple(parts)
+
+
 def struct(kind: T) -> T:
     """Let kernels get named tuples of this class by reference."""
 
     def typeof(value: Any, _context: Any) -> Struct:
-        return Struct(kind, tuple(numba.typeof(part) for part in value))
+        key = layout(value)
+        if key not in _seen:
+            _seen[key] = Struct(kind, tuple(numba.typeof(part) for part in value))
+        return _seen[key]
 
     typeof_impl.register(kind)(typeof)
     return kind
@@ -81,8 +101,9 @@ class Packed:
 
     __slots__ = ("_kept", "_words", "address")
 
-    def __init__(self, value: Any) -> None:
-        kind: Struct = numba.typeof(value)
+    def __init__(self, value: Any, kind: Struct | None = None) -> None:
+        kind = numba.typeof(value) if kind is None else kind
+        assert kind is not None
         kept: list[Any] = [value]
         words: list[Any] = []
         for name, part in zip(value._fields, value, strict=True):
@@ -90,9 +111,10 @@ class Packed:
             if isinstance(field, types.Array):
                 if field.layout != "C":
                     raise TypeError(f"{kind}.{name} must be a contiguous array, not {field}")
-                words += [part.ctypes.data, *part.shape]
+                words.append(part.__array_interface__["data"][0])
+                words += part.shape
             elif isinstance(field, Struct):
-                kept.append(Packed(part))
+                kept.append(Packed(part, field))
                 words.append(kept[-1].address)
             elif field == types.float64:
                 words.append(np.float64(part).view(np.int64))

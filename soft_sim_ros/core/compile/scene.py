@@ -6,6 +6,7 @@ Nothing that the scene lacks gets an array entry.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import FlexibleLink, Joint, PointLoad, RigidBody, Rod, Scene
 
 from .chain import Chain
+from .fingerprint import fingerprint, sums
 from .link import append_link
 from .loads import lump_loads
 from .overflow import refuse_overflow
@@ -31,7 +33,7 @@ from .weights import weights
 
 @dataclass(frozen=True)
 class Compiled:
-    """A model, and what is needed to speak about it in the scene's words."""
+    """A model, and what is needed to speak about it in the scene's words; it never changes."""
 
     scene: Scene  # with nothing left free
     chain: Chain
@@ -53,6 +55,12 @@ class Compiled:
     def __reduce__(self) -> tuple[Any, ...]:
         return compile_scene, (self.scene,)
 
+    @cached_property
+    def fingerprint(self) -> dict[str, Floats]:
+        """A few numbers of every array that decides how the model moves."""
+        found = fingerprint(self.model) | fingerprint(self.loads)
+        return found | {"gravity": sums(self.gravity)}
+
     def to_base(self, wrench: Floats) -> Floats:
         """Return the base-frame components of a wrench (6,) given along the world axes."""
         rotation, wrench = self.base[:3, :3].T, vector("wrench", wrench, 6)
@@ -60,12 +68,14 @@ class Compiled:
 
 
 def compile_scene(scene: Scene) -> Compiled:
-    """Return the compiled scene.
+    """Return the model of a scene: what all its simulations share.
+
+    scene : with numerics that leave nothing free (`settle` chooses them)
 
     Raises
     ------
     SceneError
-        if its numerics leave something free: ``settled`` chooses that first (accuracy/contract.py);
+        if its numerics leave something free: ``settle`` chooses that first (accuracy/contract.py);
         if its numbers make others that are none
     """
     if scene.numerics.free:

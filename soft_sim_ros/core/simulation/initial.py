@@ -1,4 +1,4 @@
-"""The state that a scene begins in, and whether motion can go on from there."""
+"""The coordinates that a scene begins in, and whether motion can go on from there."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from soft_sim_ros.errors import SceneError, StaticsFailed
 MASS_CHECKED = 600
 
 
-def initial_state(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Floats]:
+def initial_coordinates(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Floats]:
     """Return coordinates and rates (n,) of the scene's initial state.
 
     efforts : (A,) what the actuators hold in an equilibrium

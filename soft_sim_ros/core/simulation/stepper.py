@@ -1,0 +1,250 @@
+"""What steps a compiled scene: its arrays and kernels, and the state in them."""
+
+from __future__ import annotations
+
+import time
+from functools import cached_property
+
+import numpy as np
+
+from soft_sim_ros.core.arguments import whole
+from soft_sim_ros.core.backend.copying import arrays_of
+from soft_sim_ros.core.backend.interrupts import next_pace, wholly
+from soft_sim_ros.core.compile.overflow import LATEST, whole_nanoseconds
+from soft_sim_ros.core.compile.scene import Compiled
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.integrators.entry import Entry
+from soft_sim_ros.core.integrators.newton import REASONS
+from soft_sim_ros.core.integrators.problem import (
+    ACTUATOR_WORK,
+    ADAPTIVE,
+    BOOKED,
+    DISSIPATED,
+    ELASTIC,
+    GRAVITY,
+    KINETIC,
+    LOAD_WORK,
+    REFERENCE,
+    Held,
+    Problem,
+    forget,
+    new_state,
+    new_work,
+)
+from soft_sim_ros.core.integrators.tableaus import method_of
+from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.model.model import Model, in_its_plane
+from soft_sim_ros.errors import BadArgument, Diverged, OtherModel
+
+from .mark import ModelMark
+from .memory import SolverMemory
+from .state import SimulationState
+
+
+class Stepper:
+    """A compiled scene that can be stepped, in no state yet.
+
+    Parameters
+    ----------
+    compiled : Compiled
+    prune : whether a planar motion is computed in its plane
+    """
+
+    def __init__(self, compiled: Compiled, prune: bool = True) -> None:
+        self._prune = prune
+        self.compiled, self.scene = compiled, compiled.scene
+        self.dynamics = Dynamics(compiled)
+        self.n_coordinates, self.n_actuators = self.dynamics.n, self.dynamics.actuators
+        self.step_ns = whole_nanoseconds(self.scene)
+        self._most_steps = LATEST // self.step_ns
+        self._pace = 1
+        method = method_of(self.scene)
+        stages = max(method.tableau.shape[0], method.starter.shape[0]) - 1
+        if method.kind != ADAPTIVE:
+            stages = method.tableau.shape[0] - 1
+        stepped = self._stepped()
+        self._work, self._state = new_work(stepped, stages), new_state(stepped)
+        self._q, self._v = self._state.q, self._state.v
+        self.q, self.v = self._q[: self.n_coordinates], self._v[: self.n_coordinates]
+        self.q.flags.writeable = self.v.flags.writeable = False
+        self._held = Held(
+            gravity=compiled.gravity.copy(),
+            effort=self.safe_efforts(),
+            tip=np.zeros(6),
+            follows=np.zeros(1, dtype=np.int64),
+        )
+        self._problem = Problem(
+            model=stepped,
+            loads=compiled.loads,
+            data=self.dynamics.forcing(self._held.effort),
+            work=self._work,
+            method=method,
+            held=self._held,
+            state=self._state,
+            calls=np.zeros(5, dtype=np.int64),
+        )
+        self._entry = Entry(self._problem, self.dynamics.calls())
+
+    def _stepped(self) -> Model:
+        """Return the model as steps see it; what is read off sees all of space."""
+        model = self.compiled.model
+        weight = model.weight
+        if len(model.branch):
+            # dashpots of Maxwell branches follow the coordinates in all that a step moves
+            held = np.diag(self.dynamics.branch_matrix()) > 0.0
+            weight = np.concatenate([weight, weight * held])
+        stepped = model._replace(weight=weight)
+        return in_its_plane(stepped) if self._prune else stepped
+
+    @cached_property
+    def _mark(self) -> ModelMark:
+        problem = self._problem
+        return ModelMark.of(self.compiled, problem.model, problem.method, self.step_ns)
+
+    def safe_efforts(self) -> Floats:
+        """Return the efforts (A,) that the actuators hold when nobody commands them."""
+        return np.array([actuator.safe for actuator in self.scene.actuators], dtype=np.float64)
+
+    @property
+    def step_index(self) -> int:
+        """Steps made since construction; it can be set, to begin at another time."""
+        return int(self._state.steps[0])
+
+    @step_index.setter
+    def step_index(self, index: int) -> None:
+        self._state.steps[0] = whole("step_index", index, 0, self._most_steps)
+
+    @property
+    def time_ns(self) -> int:
+        """Simulation time in ns: a whole number of steps."""
+        return self.step_index * self.step_ns
+
+    @property
+    def time(self) -> float:
+        """Simulation time in s."""
+        return self.time_ns / 1e9
+
+    @property
+    def nbytes(self) -> int:
+        """Memory in bytes of model, state and solver."""
+        return sum(array.nbytes for array in arrays_of(self._problem))
+
+    def state(self) -> SimulationState:
+        """Return all that decides how it goes on, as an immutable value.
+
+        It can be compared, pickled, saved to a file, and put back with `restore`.
+        """
+        state, held, n = self._state, self._held, self.n_coordinates
+        return SimulationState(
+            model=self._mark,
+            step_index=self.step_index,
+            q=self.q,
+            v=self.v,
+            dashpots=np.array([self._q[n:], self._v[n:]]),
+            efforts=held.effort,
+            wrench=held.tip,
+            wrench_follows=bool(held.follows[0]),
+            dissipated=float(state.ledger[DISSIPATED]),
+            load_work=float(state.ledger[LOAD_WORK]),
+            actuator_work=float(state.account[BOOKED]),
+            reference=float(state.account[REFERENCE]),
+            ports=state.settled,
+            solver=SolverMemory.of(self._work),
+        )
+
+    def restore(self, state: SimulationState) -> None:
+        """Go to a state that `state` returned, time included, and go on from there as it would.
+
+        With the same bits, whatever was done before and in whichever simulation of the model.
+
+        Raises
+        ------
+        OtherModel
+            if it belongs to another model
+        StateError
+            if there is something in it that no state holds, because somebody wrote its file
+        """
+        if not isinstance(state, SimulationState):
+            raise BadArgument("state", state, "a SimulationState")
+        if difference := self._mark.difference(state.model):
+            raise OtherModel(self.scene.name, state.scene, difference)
+        state.check(self.n_coordinates, self.n_actuators, len(self._q), self._most_steps)
+        state.solver.check(self._work, 1e-9 * self.step_ns, state)
+        wholly(lambda: self._put(state))
+
+    def _put(self, state: SimulationState) -> None:
+        mine, held, n = self._state, self._held, self.n_coordinates
+        mine.steps[0] = state.step_index
+        self._q[:n], self._v[:n] = state.q, state.v
+        self._q[n:], self._v[n:] = state.dashpots
+        held.effort[:], held.tip[:], held.follows[0] = (
+            state.efforts,
+            state.wrench,
+            state.wrench_follows,
+        )
+        mine.ledger[DISSIPATED], mine.ledger[LOAD_WORK] = state.dissipated, state.load_work
+        mine.account[BOOKED], mine.account[REFERENCE] = state.actuator_work, state.reference
+        mine.settled[:] = state.ports
+        state.solver.recall(self._work)
+
+    def begin(self, q: Floats, v: Floats) -> None:
+        """Set coordinates and rates (n,); dashpots are where nothing pulls at them, and rest.
+
+        What the solver remembers is void, and the ledger counts from here.
+        """
+        n = self.n_coordinates
+        self._q[:n], self._v[:n] = q, v
+        self._q[n:], self._v[n:] = self._q[: len(self._q) - n], 0.0
+        forget(self._work)
+        state = self._state
+        state.ledger[:] = 0.0
+        # the work of the efforts held so far: exact, since they were constant
+        self._entry.take_stock()
+        state.account[BOOKED] = state.account[ACTUATOR_WORK]
+        state.settled[:] = state.position
+        state.account[BOOKED] = 0.0
+        state.account[REFERENCE] = state.account[[KINETIC, ELASTIC, GRAVITY]].sum()
+
+    def forget_attempts(self) -> None:
+        """Let a step that failed have no influence on the next one: the state alone counts."""
+        forget(self._work)
+
+    def ledger(self) -> Floats:
+        """Return the energies and works of LEDGER in J.
+
+        The residual is H − H₀ − work + dissipated: what the time integration lost or made of
+        energy.
+        """
+        self._entry.take_stock()
+        kinetic, elastic, gravity, work, reference, _ = self._state.account.tolist()
+        dissipated, load_work = self._state.ledger.tolist()
+        residual = kinetic + elastic + gravity - reference - work - load_work + dissipated
+        return np.array([kinetic, elastic, gravity, work, load_work, dissipated, residual])
+
+    def advance(self, steps: int) -> None:
+        """Make ``steps`` steps. The GIL is free meanwhile.
+
+        An interrupt (Ctrl-C) is heeded between two of them, within SLICE or so; state, time and
+        ledger then are those of the last step made.
+
+        Raises
+        ------
+        BadArgument
+            if ``steps`` is no whole number, below zero, or leads past the last time that 64 bits
+            of nanoseconds hold
+        Diverged
+            if a step is refused even when cut into small pieces; state and time are those of the
+            last good step.
+        """
+        entry, made, step_ns = self._entry, self._state.steps, self.step_ns
+        index = made.item()
+        last = index + whole("steps", steps, 0, self._most_steps - index)
+        while True:
+            begin = time.perf_counter()
+            if status := entry.advance(step_ns, last - index, self._pace):
+                raise Diverged(self.time, REASONS[status])
+            index = made.item()
+            if index >= last:
+                return
+            # how steps are grouped changes no bit, so it may depend on how fast this machine is
+            self._pace = next_pace(self._pace, time.perf_counter() - begin)
