@@ -12,6 +12,7 @@ packed is never written, so that a compiler may load it once and keep it.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from typing import Any, NoReturn, TypeVar
 
 import numba
@@ -97,11 +98,18 @@ def struct(kind: T) -> T:
 
 
 class Packed:
-    """The words of a struct, and what they refer to, kept alive."""
+    """The words of a struct, and what they refer to, kept alive.
+
+    kind : its type, if that is known already
+    shared : packed structs; those among them that are parts of this one are not packed again
+    """
 
     __slots__ = ("_kept", "_words", "address")
+    _kept: list[Any]  # the struct, then the packed structs in it
 
-    def __init__(self, value: Any, kind: Struct | None = None) -> None:
+    def __init__(
+        self, value: Any, kind: Struct | None = None, shared: Sequence[Packed] = ()
+    ) -> None:
         kind = numba.typeof(value) if kind is None else kind
         assert kind is not None
         kept: list[Any] = [value]
@@ -114,7 +122,8 @@ class Packed:
                 words.append(part.__array_interface__["data"][0])
                 words += part.shape
             elif isinstance(field, Struct):
-                kept.append(Packed(part, field))
+                ready = [one for one in shared if one._kept[0] is part]
+                kept.append(ready[0] if ready else Packed(part, field))
                 words.append(kept[-1].address)
             elif field == types.float64:
                 words.append(np.float64(part).view(np.int64))

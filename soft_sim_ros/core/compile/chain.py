@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 import numpy as np
 
@@ -11,7 +10,6 @@ from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.bases import ElementBasis, get_basis
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.segments import Block, Segment
-from soft_sim_ros.core.quadrature import lobatto
 from soft_sim_ros.scene import Basis, Joint, Pose, RigidBody, Rod, Section
 from soft_sim_ros.scene.strains import STRAINS
 
@@ -230,17 +228,16 @@ class Chain:
         self.names += labels
         for element in elements:
             element.first_segment = self.node
-            nodes, weights = _rule(element.nodes)
-            begin, end = element.span
-            s = begin + (end - begin) * nodes
-            s[-1] = end
-            weights = ((end - begin) * weights)[:, None]
-            lumped = element.section.inertia(element.normalised(s)) * weights
-            damping = element.section.mass_damping(element.normalised(s)) * weights
+            s, at, weights = element.lumps
+            lumped = element.section.inertia(at) * weights
+            damping = element.section.mass_damping(at) * weights
             self.inertia[-1] += lumped[0]
             self.mass_damping[-1] += damping[0]
             for k in range(len(s) - 1):
-                self.add(element.step(s[k], s[k + 1]), lumped[k + 1], damping[k + 1])
+                self.add(self._step(element, s[k], s[k + 1]), lumped[k + 1], damping[k + 1])
+
+    def _step(self, element: Element, begin: float, end: float) -> Segment:
+        return element.step(begin, end)
 
 
 class Outline(Chain):
@@ -248,12 +245,6 @@ class Outline(Chain):
 
     def _fill(self, elements: list[Element], labels: list[str], basis: Basis) -> None:
         self.names += labels
-
-
-@lru_cache(maxsize=64)
-def _rule(nodes: int) -> tuple[Floats, Floats]:
-    """Return Lobatto's rule: many elements have the same, and it takes a while for many nodes."""
-    return lobatto(nodes)
 
 
 def _screws(joint: Joint) -> list[list[tuple[int, Floats]]]:

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple, NoReturn
 
-from soft_sim_ros.core.backend.jit import Call, address, call_account, call_advance, call_hold, unit
-from soft_sim_ros.core.backend.structs import Packed, layout
+from soft_sim_ros.core.backend.jit import (
+    Call,
+    address,
+    call_account,
+    call_advance,
+    call_hold,
+    signature_of,
+    unit,
+)
+from soft_sim_ros.core.backend.structs import Packed
 from soft_sim_ros.core.backend.together import compile_together
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.errors import NotCopied
@@ -63,15 +72,19 @@ def _compiled(problem: Problem, calls: list[Call], besides: list[Call]) -> _Addr
 class Entry:
     """The kernels of one problem, whose arrays are known by address and may not be exchanged.
 
-    besides: calls that will be made, to be compiled together with those of the problem.
+    besides: calls that will be made, to be compiled together with those of the problem; shared:
+    parts of the problem that are packed already.
     """
 
-    def __init__(self, problem: Problem, besides: list[Call]) -> None:
-        self._packed = Packed(problem)
+    def __init__(
+        self, problem: Problem, besides: list[Call], shared: Sequence[Packed] = ()
+    ) -> None:
+        (kind,) = signature_of([problem])
+        self._packed = Packed(problem, kind, shared)
         self._problem = self._packed.address
         calls = [*called(problem), (STEPS[problem.method.kind], problem, 1.0, 1.0)]
         # arrays of other lengths and content are no reason to look for kernels again
-        key = layout(problem), problem.method.kind, tuple(call is None for call in calls)
+        key = kind, problem.method.kind, tuple(call is None for call in calls)
         found = _found.get(key)
         if found is None:
             found = _found[key] = _compiled(problem, calls, besides)

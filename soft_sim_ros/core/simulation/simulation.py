@@ -23,7 +23,6 @@ from soft_sim_ros.core.mechanics.sampler import Sampler
 from soft_sim_ros.errors import BadArgument
 from soft_sim_ros.scene import Scene
 
-from .start import begin
 from .state import SimulationState
 from .statistics import Statistics
 from .stepper import Stepper
@@ -70,7 +69,7 @@ class Simulation(Twins):
     ) -> None:
         self._build(model if isinstance(model, Compiled) else compile_scene(model), prune)
         if state is None:
-            begin(self)
+            self._to_start()
         else:
             self.restore(state)
         self._start = self.state()
@@ -81,7 +80,7 @@ class Simulation(Twins):
         self.coordinate_names = compiled.coordinate_names
         self.actuator_names = tuple(actuator.name for actuator in self.scene.actuators)
         self.length = compiled.length
-        self._own = frozenset(vars(self)) | {"_own", "_start", "_mark"}
+        self._own = frozenset(vars(self)) | {"_own", "_start"}
 
     def reset(self) -> None:
         """Go back to the state it began in: that of the scene, or the one it was made with.
@@ -98,7 +97,7 @@ class Simulation(Twins):
         """Set coordinates and rates (n,), Maxwell branches relaxed; the ledger counts from here."""
         q = vector("q", q, self.n_coordinates, finite=True)
         v = vector("v", v, self.n_coordinates, finite=True)
-        wholly(lambda: self.begin(q, v))
+        wholly(lambda: self._begin(q, v))
 
     def set_efforts(self, efforts: Floats) -> None:
         """Hold efforts (A,) in scene order, in N·m, N or Pa (lengths in m), from now on."""

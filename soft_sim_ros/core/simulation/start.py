@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from soft_sim_ros.core.compile.overflow import refuse_energy
 from soft_sim_ros.core.compile.scene import Compiled
 
-from .initial import check_mass, initial_coordinates
 from .state import SimulationState
 from .stepper import Stepper
 
@@ -26,13 +24,5 @@ def initial_state(model: Compiled, prune: bool = True) -> SimulationState:
         if a coordinate moves no mass, or the energies are no numbers
     """
     stepper = Stepper(model, prune)
-    begin(stepper)
+    stepper._to_start()
     return stepper.state()
-
-
-def begin(stepper: Stepper) -> None:
-    """Bring what steps a scene to the state that the scene begins in."""
-    q, v = initial_coordinates(stepper.dynamics, stepper.safe_efforts())
-    check_mass(stepper.dynamics, q)
-    stepper.begin(q, v)
-    refuse_energy(stepper.scene, stepper.ledger())

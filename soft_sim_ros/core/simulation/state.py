@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from soft_sim_ros.core.floats import Floats
-from soft_sim_ros.errors import StateError
 
 from .mark import ModelMark
-from .memory import SolverMemory, refuse_unfit
+from .memory import SolverMemory
 from .value import Value
 from .value_file import load, save
 
@@ -61,24 +58,6 @@ class SimulationState(Value):
     reference: float
     ports: Floats
     solver: SolverMemory
-
-    def check(self, n: int, actuators: int, stepped: int, most_steps: int) -> None:
-        """Refuse what no state of n coordinates is, ``stepped`` of them with their dashpots.
-
-        Raises
-        ------
-        StateError
-        """
-        dashpots = stepped - n
-        shapes = {"q": n, "v": n, "efforts": actuators, "wrench": 6, "ports": actuators}
-        for key, size in shapes.items():
-            refuse_unfit(self, key, getattr(self, key), (size,))
-        refuse_unfit(self, "dashpots", self.dashpots, (2, dashpots))
-        for key in ("dissipated", "load_work", "actuator_work", "reference"):
-            refuse_unfit(self, key, np.asarray(getattr(self, key)), ())
-        if not 0 <= self.step_index <= most_steps:
-            expected = f"a whole number in [0, {most_steps}]"
-            raise StateError(self, "step_index", str(self.step_index), expected)
 
     @property
     def scene(self) -> str:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from functools import cached_property
 
 import numpy as np
 
 from soft_sim_ros.core.arguments import whole
 from soft_sim_ros.core.backend.copying import arrays_of
 from soft_sim_ros.core.backend.interrupts import next_pace, wholly
-from soft_sim_ros.core.compile.overflow import LATEST, whole_nanoseconds
+from soft_sim_ros.core.compile.overflow import LATEST, refuse_energy, whole_nanoseconds
 from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.integrators.entry import Entry
@@ -31,13 +30,14 @@ from soft_sim_ros.core.integrators.problem import (
     new_state,
     new_work,
 )
-from soft_sim_ros.core.integrators.tableaus import method_of
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.model.model import Model, in_its_plane
 from soft_sim_ros.errors import BadArgument, Diverged, OtherModel
 
+from .fits import known_to_fit, note_fit, refuse_misfit
+from .initial import check_mass, initial_coordinates
 from .mark import ModelMark
 from .memory import SolverMemory
+from .shared import shared_by
 from .state import SimulationState
 
 
@@ -58,18 +58,19 @@ class Stepper:
         self.step_ns = whole_nanoseconds(self.scene)
         self._most_steps = LATEST // self.step_ns
         self._pace = 1
-        method = method_of(self.scene)
+        self._shared = shared_by(compiled, prune)
+        method = self._shared.method
         stages = max(method.tableau.shape[0], method.starter.shape[0]) - 1
         if method.kind != ADAPTIVE:
             stages = method.tableau.shape[0] - 1
-        stepped = self._stepped()
+        stepped = self._shared.model
         self._work, self._state = new_work(stepped, stages), new_state(stepped)
         self._q, self._v = self._state.q, self._state.v
         self.q, self.v = self._q[: self.n_coordinates], self._v[: self.n_coordinates]
         self.q.flags.writeable = self.v.flags.writeable = False
         self._held = Held(
             gravity=compiled.gravity.copy(),
-            effort=self.safe_efforts(),
+            effort=self._safe_efforts(),
             tip=np.zeros(6),
             follows=np.zeros(1, dtype=np.int64),
         )
@@ -83,25 +84,13 @@ class Stepper:
             state=self._state,
             calls=np.zeros(5, dtype=np.int64),
         )
-        self._entry = Entry(self._problem, self.dynamics.calls())
+        self._entry = Entry(self._problem, self.dynamics.calls(), self._shared.packed)
 
-    def _stepped(self) -> Model:
-        """Return the model as steps see it; what is read off sees all of space."""
-        model = self.compiled.model
-        weight = model.weight
-        if len(model.branch):
-            # dashpots of Maxwell branches follow the coordinates in all that a step moves
-            held = np.diag(self.dynamics.branch_matrix()) > 0.0
-            weight = np.concatenate([weight, weight * held])
-        stepped = model._replace(weight=weight)
-        return in_its_plane(stepped) if self._prune else stepped
-
-    @cached_property
+    @property
     def _mark(self) -> ModelMark:
-        problem = self._problem
-        return ModelMark.of(self.compiled, problem.model, problem.method, self.step_ns)
+        return self._shared.mark
 
-    def safe_efforts(self) -> Floats:
+    def _safe_efforts(self) -> Floats:
         """Return the efforts (A,) that the actuators hold when nobody commands them."""
         return np.array([actuator.safe for actuator in self.scene.actuators], dtype=np.float64)
 
@@ -135,7 +124,7 @@ class Stepper:
         It can be compared, pickled, saved to a file, and put back with `restore`.
         """
         state, held, n = self._state, self._held, self.n_coordinates
-        return SimulationState(
+        now = SimulationState(
             model=self._mark,
             step_index=self.step_index,
             q=self.q,
@@ -151,6 +140,7 @@ class Stepper:
             ports=state.settled,
             solver=SolverMemory.of(self._work),
         )
+        return note_fit(now, self._mark)
 
     def restore(self, state: SimulationState) -> None:
         """Go to a state that `state` returned, time included, and go on from there as it would.
@@ -168,8 +158,9 @@ class Stepper:
             raise BadArgument("state", state, "a SimulationState")
         if difference := self._mark.difference(state.model):
             raise OtherModel(self.scene.name, state.scene, difference)
-        state.check(self.n_coordinates, self.n_actuators, len(self._q), self._most_steps)
-        state.solver.check(self._work, 1e-9 * self.step_ns, state)
+        if not known_to_fit(state, self._mark):
+            refuse_misfit(state, self._problem, self.n_coordinates, self._most_steps)
+            note_fit(state, self._mark)
         wholly(lambda: self._put(state))
 
     def _put(self, state: SimulationState) -> None:
@@ -187,7 +178,7 @@ class Stepper:
         mine.settled[:] = state.ports
         state.solver.recall(self._work)
 
-    def begin(self, q: Floats, v: Floats) -> None:
+    def _begin(self, q: Floats, v: Floats) -> None:
         """Set coordinates and rates (n,); dashpots are where nothing pulls at them, and rest.
 
         What the solver remembers is void, and the ledger counts from here.
@@ -204,6 +195,16 @@ class Stepper:
         state.settled[:] = state.position
         state.account[BOOKED] = 0.0
         state.account[REFERENCE] = state.account[[KINETIC, ELASTIC, GRAVITY]].sum()
+
+    def _to_start(self) -> None:
+        """Go to the state that the scene begins in; the first of a model finds it for all."""
+        if self._shared.initial is None:
+            q, v = initial_coordinates(self.dynamics, self._safe_efforts())
+            check_mass(self.dynamics, q)
+            self._begin(q, v)
+            refuse_energy(self.scene, self.ledger())
+            self._shared.initial = self.state()
+        self.restore(self._shared.initial)
 
     def forget_attempts(self) -> None:
         """Let a step that failed have no influence on the next one: the state alone counts."""

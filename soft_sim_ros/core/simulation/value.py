@@ -55,7 +55,7 @@ class Value:
 
 def frozen(array: np.ndarray) -> np.ndarray:
     """Return a copy of an array that cannot be made writable again: it lies in bytes."""
-    if isinstance(array.base, bytes):
+    if isinstance(array.base, np.ndarray) and isinstance(array.base.base, bytes):
         return array
     native = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("="))
     return np.frombuffer(native.tobytes(), native.dtype).reshape(array.shape)
