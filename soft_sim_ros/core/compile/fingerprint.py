@@ -15,7 +15,7 @@ GOLDEN = 0.6180339887498949
 
 
 def fingerprint(parts: Any) -> dict[str, Floats]:
-    """Return, for every array in nested named tuples, (3,): a weighted sum, Σ |x| and its size."""
+    """Return the four sums of every array in nested named tuples."""
     return {name: sums(array) for name, array in _arrays(parts)}
 
 
@@ -28,7 +28,11 @@ def _arrays(parts: Any, of: str = "") -> Iterator[tuple[str, np.ndarray]]:
 
 
 def sums(array: np.ndarray) -> Floats:
-    """Return the (3,) of one array."""
+    """Return of an array (4,): a weighted sum, Σ |x|, its size, and where numbers are infinite."""
     x = array.ravel().astype(np.float64)
     weight = 0.5 + np.arange(1.0, len(x) + 1.0) * GOLDEN % 1.0
-    return np.array([weight @ x, np.abs(x).sum(), len(x)])
+    endless = np.isinf(x)  # as times are of what never ends
+    finite = np.where(endless, 0.0, x)
+    return np.array(
+        [weight @ finite, np.abs(finite).sum(), len(x), weight[endless] @ np.sign(x[endless])]
+    )

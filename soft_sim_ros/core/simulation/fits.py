@@ -55,7 +55,7 @@ def _refuse_memory(where: str, memory: SolverMemory, problem: Problem, step: flo
     work = problem.work
     shapes = {name: getattr(work, array).shape for name, array in ARRAYS.items()}
     factored = memory.key.shape == shapes["key"] and memory.key[CQ] >= 0.0
-    shapes["factors"] = (sum(x.size for x in factors_of(work.system)) if factored else 0,)
+    shapes["factors"] = (sum(x.size for x in factors_of(work)) if factored else 0,)
     shapes["couplings"] = getattr(work.system, EXCHANGED).shape
     shapes["time_error"] = ()
     for name, shape in shapes.items():

@@ -8,7 +8,6 @@ import numpy as np
 
 from soft_sim_ros.core.floats import Floats, Ints
 from soft_sim_ros.core.integrators.problem import CQ, TIME_ERROR, Work
-from soft_sim_ros.core.recursion.elimination import System
 
 from .value import Value
 
@@ -74,7 +73,7 @@ class SolverMemory(Value):
     @classmethod
     def of(cls, work: Work) -> SolverMemory:
         """Return what a solver remembers now."""
-        factors = factors_of(work.system) if work.key[CQ] >= 0.0 else []
+        factors = factors_of(work) if work.key[CQ] >= 0.0 else []
         return cls(
             factors=np.concatenate([np.zeros(0), *(array.ravel() for array in factors)]),
             couplings=getattr(work.system, EXCHANGED),
@@ -85,7 +84,7 @@ class SolverMemory(Value):
     def recall(self, work: Work) -> None:
         """Let a solver remember this, and nothing else that matters."""
         begin = 0
-        for array in factors_of(work.system) if len(self.factors) else []:
+        for array in factors_of(work) if len(self.factors) else []:
             array[...] = self.factors[begin : begin + array.size].reshape(array.shape)
             begin += array.size
         getattr(work.system, EXCHANGED)[:] = self.couplings
@@ -94,10 +93,10 @@ class SolverMemory(Value):
             getattr(work, field)[...] = getattr(self, name)
 
 
-def factors_of(system: System) -> list[Floats]:
+def factors_of(work: Work) -> list[Floats]:
     """Return the arrays that factors of the Newton matrix are in."""
     return [
         array
-        for name, array in system._asdict().items()
+        for name, array in work.system._asdict().items()
         if array.dtype.kind == "f" and name not in SCRATCH
     ]

@@ -31,6 +31,7 @@ from soft_sim_ros.core.integrators.problem import (
     new_work,
 )
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.model.model import new_data
 from soft_sim_ros.errors import BadArgument, Diverged, OtherModel
 
 from .fits import known_to_fit, note_fit, refuse_misfit
@@ -77,7 +78,7 @@ class Stepper:
         self._problem = Problem(
             model=stepped,
             loads=compiled.loads,
-            data=self.dynamics.forcing(self._held.effort),
+            data=new_data(stepped),
             work=self._work,
             method=method,
             held=self._held,
