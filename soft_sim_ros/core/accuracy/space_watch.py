@@ -182,7 +182,7 @@ class AccompaniedInputs(SpaceInputs):
         complain: Callable[[str], None] = lambda text: None,
     ) -> None:
         super().__init__(simulation, command_timeout, ramp, complain)
-        self.companion = Simulation(finer(simulation.dynamics).compiled.scene)
+        self.companion = Simulation(finer(simulation.dynamics).compiled)
         self._shadow = Inputs(self.companion, command_timeout, ramp)
         self._tips = [s.sampler(2) for s in (simulation, self.companion)]
         self._trust = trust(simulation.dynamics)

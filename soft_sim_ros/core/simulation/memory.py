@@ -12,7 +12,12 @@ from soft_sim_ros.core.integrators.problem import CQ, TIME_ERROR, Work
 from .value import Value
 
 # of System: what is no factor but scratch, and rows that were exchanged
-SCRATCH, EXCHANGED = ("scratch", "vectors", "small_x"), "small_pivot"
+NO_FACTOR, EXCHANGED = ("scratch", "vectors", "small_x"), "small_pivot"
+# of Work: what is written in a step before it is read, and so decides nothing after it
+SCRATCH = (
+    *("residual", "momentum", "start_q", "start_v", "q", "v", "guesses"),
+    *("stage_v", "stage_a", "saved", "before"),
+)
 # part of the memory → array of Work
 ARRAYS = {
     "key": "key",
@@ -98,5 +103,5 @@ def factors_of(work: Work) -> list[Floats]:
     return [
         array
         for name, array in work.system._asdict().items()
-        if array.dtype.kind == "f" and name not in SCRATCH
+        if array.dtype.kind == "f" and name not in NO_FACTOR
     ]
