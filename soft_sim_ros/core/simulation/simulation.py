@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
 
 from soft_sim_ros.core.arguments import vector, whole
-from soft_sim_ros.core.backend.interrupts import wholly
+from soft_sim_ros.core.backend.copying import arrays_of
+from soft_sim_ros.core.backend.interrupts import next_pace, wholly
 from soft_sim_ros.core.compile.scene import Compiled, compile_scene
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.integrators.newton import REASONS
 from soft_sim_ros.core.integrators.problem import (
     EVALUATIONS,
     FACTORISATIONS,
@@ -18,9 +21,10 @@ from soft_sim_ros.core.integrators.problem import (
     REJECTED,
     STEPS,
     TIME_ERROR,
+    forget,
 )
 from soft_sim_ros.core.mechanics.sampler import Sampler
-from soft_sim_ros.errors import BadArgument
+from soft_sim_ros.errors import BadArgument, Diverged
 from soft_sim_ros.scene import Scene
 
 from .state import SimulationState
@@ -80,6 +84,7 @@ class Simulation(Twins):
         self.coordinate_names = compiled.coordinate_names
         self.actuator_names = tuple(actuator.name for actuator in self.scene.actuators)
         self.length = compiled.length
+        self._pace = 1
         self._own = frozenset(vars(self)) | {"_own", "_start"}
 
     def reset(self) -> None:
@@ -98,6 +103,10 @@ class Simulation(Twins):
         q = vector("q", q, self.n_coordinates, finite=True)
         v = vector("v", v, self.n_coordinates, finite=True)
         wholly(lambda: self._begin(q, v))
+
+    def forget_attempts(self) -> None:
+        """Let a step that failed have no influence on the next one: the state alone counts."""
+        forget(self._work)
 
     def set_efforts(self, efforts: Floats) -> None:
         """Hold efforts (A,) in scene order, in N·m, N or Pa (lengths in m), from now on."""
@@ -137,6 +146,34 @@ class Simulation(Twins):
         wrench = held.tip if follows else (turn @ held.tip.reshape(2, 3).T).T.ravel()
         return held.effort.copy(), wrench.copy(), follows
 
+    def advance(self, steps: int) -> None:
+        """Make ``steps`` steps. The GIL is free meanwhile.
+
+        An interrupt (Ctrl-C) is heeded between two of them, within SLICE or so; state, time and
+        ledger then are those of the last step made.
+
+        Raises
+        ------
+        BadArgument
+            if ``steps`` is no whole number, below zero, or leads past the last time that 64 bits
+            of nanoseconds hold
+        Diverged
+            if a step is refused even when cut into small pieces; state and time are those of the
+            last good step.
+        """
+        entry, made, step_ns = self._entry, self._state.steps, self.step_ns
+        index = made.item()
+        last = index + whole("steps", steps, 0, self._most_steps - index)
+        while True:
+            begin = time.perf_counter()
+            if status := entry.advance(step_ns, last - index, self._pace):
+                raise Diverged(self.time, REASONS[status])
+            index = made.item()
+            if index >= last:
+                return
+            # how steps are grouped changes no bit, so it may depend on how fast this machine is
+            self._pace = next_pace(self._pace, time.perf_counter() - begin)
+
     def ports(self) -> tuple[Floats, Floats, Floats]:
         """Return position, velocity and effort (A,) of the actuator ports.
 
@@ -161,6 +198,11 @@ class Simulation(Twins):
         c = self._work.counters
         picks = (STEPS, EVALUATIONS, FACTORISATIONS, ITERATIONS, REFUSED, REJECTED)
         return Statistics(*(int(c[i]) for i in picks))
+
+    @property
+    def nbytes(self) -> int:
+        """Memory in bytes of model, state and solver."""
+        return sum(array.nbytes for array in arrays_of(self._problem))
 
     def sampler(self, poses: int) -> Sampler:
         """Return a sampler of ``poses`` frames, equally spaced in arc length from base to tip.

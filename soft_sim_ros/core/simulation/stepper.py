@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 
 from soft_sim_ros.core.arguments import whole
-from soft_sim_ros.core.backend.copying import arrays_of
-from soft_sim_ros.core.backend.interrupts import next_pace, wholly
+from soft_sim_ros.core.backend.interrupts import wholly
 from soft_sim_ros.core.compile.overflow import LATEST, refuse_energy, whole_nanoseconds
 from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.integrators.entry import Entry
-from soft_sim_ros.core.integrators.newton import REASONS
 from soft_sim_ros.core.integrators.problem import (
     ACTUATOR_WORK,
     ADAPTIVE,
@@ -32,7 +28,7 @@ from soft_sim_ros.core.integrators.problem import (
 )
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.model.model import new_data
-from soft_sim_ros.errors import BadArgument, Diverged, OtherModel
+from soft_sim_ros.errors import BadArgument, OtherModel
 
 from .fits import known_to_fit, note_fit, refuse_misfit
 from .initial import check_mass, initial_coordinates
@@ -58,7 +54,6 @@ class Stepper:
         self.n_coordinates, self.n_actuators = self.dynamics.n, self.dynamics.actuators
         self.step_ns = whole_nanoseconds(self.scene)
         self._most_steps = LATEST // self.step_ns
-        self._pace = 1
         self._shared = shared_by(compiled, prune)
         method = self._shared.method
         stages = max(method.tableau.shape[0], method.starter.shape[0]) - 1
@@ -113,11 +108,6 @@ class Stepper:
     def time(self) -> float:
         """Simulation time in s."""
         return self.time_ns / 1e9
-
-    @property
-    def nbytes(self) -> int:
-        """Memory in bytes of model, state and solver."""
-        return sum(array.nbytes for array in arrays_of(self._problem))
 
     def state(self) -> SimulationState:
         """Return all that decides how it goes on, as an immutable value.
@@ -207,10 +197,6 @@ class Stepper:
             self._shared.initial = self.state()
         self.restore(self._shared.initial)
 
-    def forget_attempts(self) -> None:
-        """Let a step that failed have no influence on the next one: the state alone counts."""
-        forget(self._work)
-
     def ledger(self) -> Floats:
         """Return the energies and works of LEDGER in J.
 
@@ -222,31 +208,3 @@ class Stepper:
         dissipated, load_work = self._state.ledger.tolist()
         residual = kinetic + elastic + gravity - reference - work - load_work + dissipated
         return np.array([kinetic, elastic, gravity, work, load_work, dissipated, residual])
-
-    def advance(self, steps: int) -> None:
-        """Make ``steps`` steps. The GIL is free meanwhile.
-
-        An interrupt (Ctrl-C) is heeded between two of them, within SLICE or so; state, time and
-        ledger then are those of the last step made.
-
-        Raises
-        ------
-        BadArgument
-            if ``steps`` is no whole number, below zero, or leads past the last time that 64 bits
-            of nanoseconds hold
-        Diverged
-            if a step is refused even when cut into small pieces; state and time are those of the
-            last good step.
-        """
-        entry, made, step_ns = self._entry, self._state.steps, self.step_ns
-        index = made.item()
-        last = index + whole("steps", steps, 0, self._most_steps - index)
-        while True:
-            begin = time.perf_counter()
-            if status := entry.advance(step_ns, last - index, self._pace):
-                raise Diverged(self.time, REASONS[status])
-            index = made.item()
-            if index >= last:
-                return
-            # how steps are grouped changes no bit, so it may depend on how fast this machine is
-            self._pace = next_pace(self._pace, time.perf_counter() - begin)
