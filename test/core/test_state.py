@@ -449,6 +449,20 @@ def test_the_long_form_is_the_short_one_to_the_bit():
     assert bits(short) == bits(long)
 
 
+def test_a_state_of_given_coordinates_is_that_of_set_state(arm):
+    rng = np.random.default_rng(6)
+    q, v = 0.05 * rng.normal(size=(2, arm.n_coordinates)) / arm.model.weight
+    fresh = Simulation(arm.compiled)
+    fresh.set_state(q, v)
+    assert initial_state(arm.compiled, q, v) == fresh.state()
+    fresh.set_state(q, np.zeros_like(q))
+    assert initial_state(arm.compiled, q) == fresh.state()
+    with pytest.raises(BadArgument, match=r"^q must be 12 finite numbers"):
+        initial_state(arm.compiled, q[1:])
+    with pytest.raises(BadArgument, match="^v must be left out, or given with q"):
+        initial_state(arm.compiled, v=v)
+
+
 def test_a_simulation_begins_in_its_state_and_goes_back_to_it(arm):
     state = arm.state()
     branch = Simulation(arm.compiled, state)

@@ -229,8 +229,9 @@ class Chain:
         for element in elements:
             element.first_segment = self.node
             s, at, weights = element.lumps
-            lumped = element.section.inertia(at) * weights
-            damping = element.section.mass_damping(at) * weights
+            inertia = element.section.inertia(at)
+            lumped = inertia * weights
+            damping = element.section.material.mass_damping * inertia * weights
             self.inertia[-1] += lumped[0]
             self.mass_damping[-1] += damping[0]
             for k in range(len(s) - 1):

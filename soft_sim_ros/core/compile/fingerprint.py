@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -30,9 +31,14 @@ def _arrays(parts: Any, of: str = "") -> Iterator[tuple[str, np.ndarray]]:
 def sums(array: np.ndarray) -> Floats:
     """Return of an array (4,): a weighted sum, Σ |x|, its size, and where numbers are infinite."""
     x = array.ravel().astype(np.float64)
-    weight = 0.5 + np.arange(1.0, len(x) + 1.0) * GOLDEN % 1.0
+    weight = _weights(max(256, 1 << len(x).bit_length()))[: len(x)]
     endless = np.isinf(x)  # as times are of what never ends
     finite = np.where(endless, 0.0, x)
     return np.array(
         [weight @ finite, np.abs(finite).sum(), len(x), weight[endless] @ np.sign(x[endless])]
     )
+
+
+@lru_cache(maxsize=32)
+def _weights(count: int) -> Floats:
+    return 0.5 + np.arange(1.0, count + 1.0) * GOLDEN % 1.0

@@ -190,12 +190,15 @@ class Stepper:
     def _to_start(self) -> None:
         """Go to the state that the scene begins in; the first of a model finds it for all."""
         if self._shared.initial is None:
-            q, v = initial_coordinates(self.dynamics, self._safe_efforts())
-            check_mass(self.dynamics, q)
-            self._begin(q, v)
-            refuse_energy(self.scene, self.ledger())
+            self._to_shape(*initial_coordinates(self.dynamics, self._safe_efforts()))
             self._shared.initial = self.state()
         self.restore(self._shared.initial)
+
+    def _to_shape(self, q: Floats, v: Floats) -> None:
+        """Go to coordinates and rates (n,), if motion can go on from there."""
+        check_mass(self.dynamics, q)
+        self._begin(q, v)
+        refuse_energy(self.scene, self.ledger())
 
     def ledger(self) -> Floats:
         """Return the energies and works of LEDGER in J.
