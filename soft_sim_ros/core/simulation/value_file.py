@@ -81,7 +81,7 @@ def _made(kind: type[V], arrays: dict[str, np.ndarray], of: str, path: str | Pat
     parts: dict[str, Any] = {}
     for name, hint in get_type_hints(kind).items():
         key = of + name
-        if isinstance(hint, type) and issubclass(hint, Value):
+        if hint not in _KINDS:  # a value in this one
             parts[name] = _made(hint, arrays, f"{key}.", path)
             continue
         letter, dimensions, expected = _KINDS[hint]
