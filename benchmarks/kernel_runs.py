@@ -16,6 +16,7 @@ from soft_sim_ros.core.backend.jit import (
     call_residual,
     call_tangent,
 )
+from soft_sim_ros.core.integrators.problem import RESIDUAL, TANGENT
 from soft_sim_ros.core.recursion import elimination, rnea, tangent
 from soft_sim_ros.core.settled import Simulation
 
@@ -106,8 +107,8 @@ def units(simulation: Simulation) -> dict[str, tuple[Any, int, Callable[[int, in
     gamma = problem.method.tableau[0, 0] * simulation.step_ns * 1e-9
     alpha = (gamma * gamma, gamma, 1.0)
     call_at = {
-        "residual": int(problem.calls[0]),
-        "tangent": int(problem.calls[1]),
+        "residual": int(problem.calls[RESIDUAL]),
+        "tangent": int(problem.calls[TANGENT]),
         "factor": address(elimination.factor, model, matrix),
         "solve": address(elimination.solve, model, matrix, x),
     }

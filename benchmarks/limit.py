@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from soft_sim_ros.core.integrators import advance, dirk, newton
+from soft_sim_ros.core.integrators import problem as slots
 from soft_sim_ros.core.recursion import rnea, tangent
 from soft_sim_ros.core.settled import Simulation
 
@@ -105,10 +106,11 @@ def counted_steps(simulation: Simulation, counters: Counters, steps: int = 10) -
     kinds = (rnea.inverse_dynamics, tangent.tangent, newton.solve_stage)
     copies = [counters.of(kind, int(at)) for kind, at in zip(kinds, original, strict=False)]
     copies += [
-        counters.of(dirk.dirk_step, int(original[4])),
+        counters.of(dirk.dirk_step, int(original[slots.STEP])),
         counters.of(advance.advance, first),
     ]
-    for place, copy in zip((0, 1, 2, 4), copies, strict=False):
+    places = slots.RESIDUAL, slots.TANGENT, slots.STAGE, slots.STEP
+    for place, copy in zip(places, copies, strict=False):
         calls[place] = copy.address
     entry._advance = copies[4].address
     for copy in copies:

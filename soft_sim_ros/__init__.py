@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # what type checkers see of what follows
     from soft_sim_ros.batch import Rollout as Rollout
     from soft_sim_ros.batch import read_sweep as read_sweep
     from soft_sim_ros.batch import run_batch as run_batch
-    from soft_sim_ros.core.accuracy.contract import settled as settled
+    from soft_sim_ros.core.accuracy.contract import settle as settle
     from soft_sim_ros.core.analysis.continuation import Branch as Branch
     from soft_sim_ros.core.analysis.continuation import follow as follow
     from soft_sim_ros.core.analysis.continuation import switch as switch
@@ -29,13 +29,19 @@ if TYPE_CHECKING:  # what type checkers see of what follows
     from soft_sim_ros.core.analysis.modes import frequencies as frequencies
     from soft_sim_ros.core.analysis.modes import modes as modes
     from soft_sim_ros.core.analysis.statics import equilibrium as equilibrium
+    from soft_sim_ros.core.compile.scene import Compiled as Compiled
+    from soft_sim_ros.core.compile.scene import compile_scene as compile_scene
     from soft_sim_ros.core.settled import Dynamics as Dynamics
     from soft_sim_ros.core.settled import Simulation as Simulation
+    from soft_sim_ros.core.simulation.start import initial_state as initial_state
+    from soft_sim_ros.core.simulation.state import SimulationState as SimulationState
     from soft_sim_ros.errors import CommandError as CommandError
+    from soft_sim_ros.errors import OtherModel as OtherModel
     from soft_sim_ros.errors import RecordingError as RecordingError
     from soft_sim_ros.errors import SceneError as SceneError
     from soft_sim_ros.errors import SoftSimError as SoftSimError
     from soft_sim_ros.errors import SolverError as SolverError
+    from soft_sim_ros.errors import StateError as StateError
     from soft_sim_ros.experiments import Comparison as Comparison
     from soft_sim_ros.experiments import Measured as Measured
     from soft_sim_ros.experiments import Recorded as Recorded
@@ -56,13 +62,19 @@ if TYPE_CHECKING:  # what type checkers see of what follows
 _HOMES = {
     "batch": ("Rollout", "read_sweep", "run_batch"),
     "core.analysis.continuation": ("Branch", "follow", "switch"),
-    "core.accuracy.contract": ("settled",),
+    "core.accuracy.contract": ("settle",),
     "core.analysis.inverse_kinematics": ("inverse_kinematics",),
     "core.analysis.linearisation": ("Linearisation", "linearise"),
     "core.analysis.modes": ("complex_modes", "frequencies", "modes"),
+    "core.compile.scene": ("Compiled", "compile_scene"),
     "core.settled": ("Dynamics", "Simulation"),
+    "core.simulation.start": ("initial_state",),
+    "core.simulation.state": ("SimulationState",),
     "core.analysis.statics": ("equilibrium",),
-    "errors": ("CommandError", "RecordingError", "SceneError", "SoftSimError", "SolverError"),
+    "errors": (
+        *("CommandError", "OtherModel", "RecordingError", "SceneError", "SoftSimError"),
+        *("SolverError", "StateError"),
+    ),
     "experiments": (
         *("Comparison", "Measured", "Recorded"),
         *("identify", "read_motion", "rerun"),

@@ -10,7 +10,7 @@ import numpy as np
 
 from soft_sim_ros.commands.progress import Line, compiling
 from soft_sim_ros.commands.shell import DONE, verb
-from soft_sim_ros.core.accuracy.contract import settled
+from soft_sim_ros.core.accuracy.contract import settle
 from soft_sim_ros.core.accuracy.survey import survey
 from soft_sim_ros.core.accuracy.unwritten import is_unwritten, settle_unwritten
 from soft_sim_ros.core.analysis.modes import frequencies, long_step, recommended_step
@@ -52,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"warning: {warning}")
     progress = Line()
     with compiling():
-        chosen = settled(scene, progress.show)
+        chosen = settle(scene, progress.show)
         progress.clear()
         simulation = Simulation(chosen)
         q, state = rest(simulation)

@@ -23,12 +23,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         "--node", default="/soft_arm", metavar="NAME", help="full name of the node (/soft_arm)"
     )
     options = parser.parse_args(argv)
-    from soft_sim_ros.core.accuracy.contract import settled
+    from soft_sim_ros.core.accuracy.contract import settle
     from soft_sim_ros.core.compile.scene import compile_scene
     from soft_sim_ros.scene import load_scene
     from soft_sim_ros.viewing.urdf import Urdf
 
-    compiled = compile_scene(settled(load_scene(options.scene)))
+    compiled = compile_scene(settle(load_scene(options.scene)))
     text = Urdf(compiled, options.frame, options.node).build()
     if options.out is None:
         print(text, end="")

@@ -16,6 +16,7 @@ from .solver import (
     TargetUnreachable,
     UndampedFlutter,
 )
+from .state import OtherModel, StateError
 
 __all__ = [
     "BadArgument",
@@ -30,11 +31,13 @@ __all__ = [
     "NoSuchPlace",
     "NotCopied",
     "NotResolved",
+    "OtherModel",
     "RecordingError",
     "SceneError",
     "SearchSpent",
     "SoftSimError",
     "SolverError",
+    "StateError",
     "StaticsFailed",
     "TargetUnreachable",
     "ToleranceMissed",

@@ -13,19 +13,16 @@ from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.core.simulation.orders import Order
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.node.clock import Grid, Pacer
+from soft_sim_ros.node.events import Events
 from soft_sim_ros.node.inbox import Answer, Inbox
-from soft_sim_ros.node.log_trouble import LogTrouble
+from soft_sim_ros.node.looks import Looks
 from soft_sim_ros.node.outlet import Outlet
 from soft_sim_ros.node.recovery import RESET, Recovery
 from soft_sim_ros.node.states import BEAT, States
 from soft_sim_ros.node.timing import StepCosts
-from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.orders import SENDER_LEFT
-from soft_sim_ros.recording.telemetry import LEDGER
 
-_RESIDUAL = LEDGER.index("residual")
 LONGEST_STEPPING = 2.0  # s of one ~/step: nothing else of the node answers meanwhile
-_LEDGER_PERIOD_NS = 500_000_000
 
 
 class Physics:
@@ -76,15 +73,14 @@ class Physics:
         self.diverged: str | None = None
         self.last_error: str | None = None
         self.failure: str | None = None
-        self.residual = 0.0
         self.ran_ns = self.running_ns = 0  # simulated and real time while not paused
         self._states = States(self.simulation, telemetry, outlet, log, grid)
         self._exit_on_error, self._complain = exit_on_error, complain
         self.recovery = Recovery(inputs, complain)
         self._inbox = Inbox()
         self._stop = threading.Event()
-        self._ledger_due_ns = 0
-        self._trouble = LogTrouble(log, complain)
+        self._event = Events(self.simulation, outlet, log).say
+        self.looks = Looks(self.simulation, log, complain)
         self._thread = threading.Thread(target=self._main, name="physics", daemon=True)
 
     # From other threads.
@@ -107,6 +103,11 @@ class Physics:
     def alive(self) -> bool:
         """Whether the thread still runs."""
         return self._thread.is_alive()
+
+    @property
+    def residual(self) -> float:
+        """Residual of the energy ledger in J when it was last looked at."""
+        return self.looks.residual
 
     @property
     def command_age(self) -> float:
@@ -178,7 +179,7 @@ class Physics:
             elif due:
                 self._advance(self.grid.steps_from(self.simulation.step_index))
         self._emit_on_grid()  # what was computed last may not have been due yet
-        self._look_at_ledger()
+        self.looks.at_ledger()
 
     def _interrupted(self) -> bool:
         return self._inbox.asked.is_set() or self._stop.is_set()
@@ -240,20 +241,7 @@ class Physics:
         self._states.send()
         if self.log is not None and self.pacer.factor == 0.0:
             self.log.wait_for_room(1.0)  # nobody waits for us, so nothing need be dropped
-        now = time.monotonic_ns()
-        if now >= self._ledger_due_ns:
-            self._ledger_due_ns = now + _LEDGER_PERIOD_NS
-            self._look_at_ledger()
-            self._trouble.look()
-
-    def _look_at_ledger(self) -> None:
-        self.residual = float(np.asarray(self.simulation.ledger())[_RESIDUAL])
-
-    def _event(self, text: str, time_ns: int | None = None) -> None:
-        data = encode_string(text)
-        self.outlet.send("events", data)
-        if self.log is not None:
-            self.log.write("events", self.simulation.time_ns if time_ns is None else time_ns, data)
+        self.looks.now_and_then()
 
     def _set_paused(self, pause: bool) -> Answer:
         if pause == self.paused:

@@ -17,10 +17,11 @@ from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.foreign import one_line, shown
 from soft_sim_ros.node.arguments import check_assignments, parser
-from soft_sim_ros.node.clock import Grid, Pacer
+from soft_sim_ros.node.clock import Pacer
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
 from soft_sim_ros.node.executor import make_executor
+from soft_sim_ros.node.grid import asked_grid
 from soft_sim_ros.node.joint_commands import Senders
 from soft_sim_ros.node.parameters import ParameterError, Settings, on_change
 from soft_sim_ros.node.physics import Physics
@@ -159,7 +160,7 @@ class Arm:
             self.telemetry,
             self.publishers,
             self.log,
-            self._grid(),
+            asked_grid(settings, self.simulation.step_ns, node.get_logger().info),
             Pacer(settings.real_time_factor),
             paused=settings.start_paused,
             exit_on_error=settings.exit_on_error,
@@ -273,22 +274,6 @@ class Arm:
     def _receive_joints(self, data: bytes) -> None:
         self.gate.receive("joint_command", data)
         self._senders.after_order()
-
-    def _grid(self) -> Grid:
-        asked, step_ns = self.settings, self.simulation.step_ns
-        grid = Grid.of(step_ns, asked.publish_rate, asked.control_rate, asked.clock_rate)
-        for name, rate, steps in (
-            ("clock_rate", asked.clock_rate, grid.clock),
-            ("publish_rate", asked.publish_rate, grid.publish),
-            ("control_rate", asked.control_rate, grid.control),
-        ):
-            got = 1e9 / (max(1, steps) * step_ns)
-            if rate and abs(got - rate) > 1e-6 * rate:
-                self.node.get_logger().info(
-                    f"{name} = {rate:g} Hz is not a whole number of steps of {step_ns * 1e-9:g} s: "
-                    f"using {got:.6g} Hz"
-                )
-        return grid
 
     def _change(self, name: str, value) -> None:
         if name == "real_time_factor":

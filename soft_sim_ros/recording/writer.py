@@ -14,6 +14,7 @@ from pathlib import Path
 from soft_sim_ros.endings import undisturbed
 from soft_sim_ros.errors import RecordingError
 from soft_sim_ros.recording.bag import SPLIT_BYTES, Bag, channel
+from soft_sim_ros.recording.losses import Losses
 from soft_sim_ros.recording.machine import machine_facts
 from soft_sim_ros.recording.topics import Topic
 
@@ -81,14 +82,13 @@ class BagWriter:
             attachments={"machine.json": facts, **(attachments or {})},
             split_bytes=split_bytes,
         )
-        # `_entered` and `_drops` belong to the writers (behind `_gate`), `_left` and `_lost` to the
-        # disk thread, which therefore never holds a lock that a writer waits for
+        # `_entered` and what is dropped belong to the writers (behind `_gate`), `_left` and what is
+        # lost to the disk thread, which therefore never holds a lock that a writer waits for
         self._gate = threading.Lock()
         self._queue: deque[tuple[int, int, bytes]] = deque()
         self._entered = 0
         self._left = 0
-        self._drops = [0] * len(self._topics)
-        self._lost = [0] * len(self._topics)
+        self._losses = Losses([topic.name for topic in self._topics])
         self._written = 0
         self._open = True
         self._failing = False
@@ -106,13 +106,12 @@ class BagWriter:
     @property
     def dropped(self) -> int:
         """Number of messages that will never be on disk."""
-        return sum(self._drops) + sum(self._lost)
+        return self._losses.total
 
     @property
     def dropped_by_topic(self) -> dict[str, int]:
         """Number of messages lost, by topic name; topics without losses are left out."""
-        rows = zip(self._topics, self._drops, self._lost, strict=True)
-        return {topic.name: drops + lost for topic, drops, lost in rows if drops + lost}
+        return self._losses.by_topic
 
     @property
     def queued_bytes(self) -> int:
@@ -153,7 +152,7 @@ class BagWriter:
         size = len(data) + _OVERHEAD
         with self._gate:
             if not self._open or self._entered - self._left + size > self.limit_bytes:
-                self._drops[index] += 1
+                self._losses.drop(index)
                 return False
             self._entered += size
             self._queue.append((index, time_ns, data))
@@ -210,8 +209,7 @@ class BagWriter:
             return True
         self._looked_at = now
         for file in self._bag.gone():
-            for index, topic in enumerate(self._topics):
-                self._lost[index] += file.counts.get(topic.name, 0)
+            self._losses.lose(file.counts)
             self._written = sum(self._bag.kept().values())
             self.error = f"{self.directory / file.path} was deleted or moved away"
             self._on_loss(self.error)
@@ -289,12 +287,11 @@ class BagWriter:
             self._open = False
         taken, kept = self._bag.taken(), self._bag.kept()
         self._written = sum(kept.values())
-        for index, topic in enumerate(self._topics):
-            self._lost[index] += taken.get(topic.name, 0) - kept.get(topic.name, 0)
+        self._losses.lose({name: count - kept.get(name, 0) for name, count in taken.items()})
         while self._queue:
             index, _, data = self._queue.popleft()
             self._left += len(data) + _OVERHEAD
-            self._lost[index] += 1
+            self._losses.lose({self._topics[index].name: 1})
         try:
             self._bag.abandon()
         except OSError as reason:

@@ -15,6 +15,7 @@ from soft_sim_ros.scene.actuator import Actuator, read_actuators
 from soft_sim_ros.scene.attachment import Attachment, Forest
 from soft_sim_ros.scene.body import Body, read_bodies
 from soft_sim_ros.scene.document import MOST_TEXT, Document
+from soft_sim_ros.scene.edit import with_numbers
 from soft_sim_ros.scene.initial import Initial, read_initial
 from soft_sim_ros.scene.load import Load, read_loads
 from soft_sim_ros.scene.material import Material, read_material
@@ -54,6 +55,19 @@ class Scene:
     def forest(self) -> Forest:
         """The bodies and where they are attached."""
         return Forest(self.bodies, self.attachments)
+
+    def with_numbers(self, values: Mapping[str, float]) -> Scene:
+        """Return the scene with other numbers at key paths such as ``materials.rubber.density``.
+
+        They are written into its source, which is read again: what was changed in the scene itself
+        is not in it.
+
+        Raises
+        ------
+        SceneError
+            if no number is written at a path, or the scene makes no sense with one
+        """
+        return parse_scene(with_numbers(self.source, self.file, values), self.file)
 
 
 def load_scene(path_or_name: str | Path) -> Scene:

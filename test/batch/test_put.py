@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from soft_sim_ros import load_scene
-from soft_sim_ros.core.accuracy.contract import settled
+from soft_sim_ros.core.accuracy.contract import settle
 from soft_sim_ros.core.compile.scene import compile_scene
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import parse_scene
@@ -62,7 +62,7 @@ def test_writing_a_scene_anew_does_not_change_what_it_means(name):
     again = parse_scene(edited(scene.source, scene.file, {"name": scene.name}), scene.file)
     assert repr(again.actuators) == repr(scene.actuators)
     assert repr(again.numerics) == repr(scene.numerics)
-    compiled, anew = (compile_scene(settled(each)) for each in (scene, again))
+    compiled, anew = (compile_scene(settle(each)) for each in (scene, again))
     assert same(compiled.model, anew.model) and same(compiled.loads, anew.loads)
 
 

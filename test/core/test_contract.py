@@ -9,7 +9,7 @@ import pytest
 from cosserat_bvp import solve_rod
 from scenes import SOFT, rod_document, scene_of
 
-from soft_sim_ros.core.accuracy.contract import choose, settled
+from soft_sim_ros.core.accuracy.contract import choose, settle
 from soft_sim_ros.core.accuracy.drive import Drive, probe
 from soft_sim_ros.core.accuracy.watch import WatchedInputs
 from soft_sim_ros.core.settled import Dynamics, Simulation
@@ -97,7 +97,7 @@ def test_the_chosen_scene_says_in_its_text_what_was_chosen():
     assert not scene.numerics.free
     again = parse_scene(scene.source, scene.file)
     assert again.numerics == scene.numerics
-    assert settled(again) is again
+    assert settle(again) is again
     same = (shaken().tips(Simulation(s)) for s in (scene, again))
     assert np.array_equal(*same)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scenes import plain, rod_document, scene_of
 
-from soft_sim_ros.core.accuracy.contract import choose, settled
+from soft_sim_ros.core.accuracy.contract import choose, settle
 from soft_sim_ros.core.accuracy.convergence import (
     SAFETY,
     SLOWEST,
@@ -147,7 +147,7 @@ def test_a_companion_is_trusted_as_far_as_the_search_saw_it_get_better():
 
 
 def test_a_watched_run_is_compared_at_the_same_steps_however_many_are_made_at_once():
-    scene = settled(kicked({"tolerance": 1e-2}))
+    scene = settle(kicked({"tolerance": 1e-2}))
     one, many = (WatchedInputs(Simulation(scene), 0.0, 0.0) for _ in range(2))
     for _ in range(40):
         one.advance(1)

@@ -4,6 +4,7 @@ import copy
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from soft_sim_ros.core.backend.structs import Packed
 from soft_sim_ros.core.mechanics.sampler import Sampler
 from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.core.simulation.inputs import Inputs
-from soft_sim_ros.errors import NotCopied
+from soft_sim_ros.errors import NotCopied, OtherModel, StateError
 from soft_sim_ros.scene import load_scene
 
 WAYS = {
@@ -194,9 +195,12 @@ def test_addresses_by_themselves_are_not_copied(way):
         WAYS[way](Packed(simulation.model))
 
 
-def test_a_pickle_of_other_arrays_is_refused():
+def test_a_pickle_whose_state_is_none_of_its_model_is_refused():
     simulation = Simulation(load_scene("soft_arm"))
-    compiled, prune, start, arrays, rest = simulation.__getstate__()
-    arrays[0] = np.zeros(len(arrays[0]) + 1)
-    with pytest.raises(NotCopied, match="not those of this version"):
-        object.__new__(Simulation).__setstate__((compiled, prune, start, arrays, rest))
+    compiled, prune, start, state, rest = simulation.__getstate__()
+    longer = replace(state, q=np.zeros(len(state.q) + 1))
+    with pytest.raises(StateError, match="q is of shape"):
+        object.__new__(Simulation).__setstate__((compiled, prune, start, longer, rest))
+    other = Simulation(load_scene("tendon_arm")).state()
+    with pytest.raises(OtherModel, match="'tendon_arm' does not fit the model of 'soft_arm'"):
+        object.__new__(Simulation).__setstate__((compiled, prune, start, other, rest))

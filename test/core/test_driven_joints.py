@@ -239,3 +239,23 @@ def test_a_driven_joint_is_where_it_is_told_at_every_step():
     dynamics = simulation.dynamics
     most = max(abs(dynamics.guided(t)[2][0]) for t in np.linspace(0.0, 0.1, 201))
     assert np.abs(np.diff(rates)).max() < 1.01e-3 * most  # no jumps of the rate
+
+
+def test_a_reset_arm_is_carried_on_from_where_its_drive_is_now():
+    simulation = Simulation(carried(rail("0.3*t + 0.1*t**2")))
+    simulation.advance(100)
+    simulation.reset()
+    assert simulation.q[0] == pytest.approx(0.3 * 0.1 + 0.1 * 0.1**2)
+    assert simulation.v[0] == pytest.approx(0.3 + 0.2 * 0.1)
+    assert not simulation.q[1:].any()
+    assert simulation.ledger()[-1] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_a_state_of_a_driven_arm_goes_on_with_the_same_bits():
+    one, other = (Simulation(carried(rail("0.1*sin(9*t)"))) for _ in range(2))
+    one.advance(50)
+    other.restore(one.state())
+    for simulation in (one, other):
+        simulation.advance(70)
+    np.testing.assert_array_equal(one.q, other.q)
+    np.testing.assert_array_equal(one.ledger(), other.ledger())

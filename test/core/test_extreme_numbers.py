@@ -10,7 +10,7 @@ import yaml
 from every_key import DOCUMENTS
 from scenes import rod_document
 
-from soft_sim_ros.core.accuracy.contract import settled
+from soft_sim_ros.core.accuracy.contract import settle
 from soft_sim_ros.core.backend.copying import arrays_of
 from soft_sim_ros.core.compile.scene import compile_scene
 from soft_sim_ros.core.integrators.tableaus import method_of
@@ -76,7 +76,7 @@ def judged(text, place, steps):
             simulation.advance(steps)
             numbers = (simulation.sampler(4).poses(), simulation.ledger(), simulation.v)
         else:
-            compiled = compile_scene(settled(scene))
+            compiled = compile_scene(settle(scene))
             method_of(compiled.scene)
             numbers = [a for a in arrays_of((compiled.model, compiled.loads._replace(schedule=0)))]
         assert all(np.isfinite(x).all() for x in numbers), f"{place}: not finite"

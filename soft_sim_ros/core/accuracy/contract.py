@@ -69,10 +69,13 @@ def draft(scene: Scene) -> Scene:
     return replace(scene, numerics=replace(Refinement(scene, tolerance).first(), free=Free()))
 
 
-def settled(scene: Scene, say: Callable[[str], None] = lambda text: None) -> Scene:
-    """Return a scene with complete numerics; those it leaves open are chosen by a test run.
+def settle(scene: Scene, say: Callable[[str], None] = lambda text: None) -> Scene:
+    """Return a scene in which nothing is left free, chosen by a probe where something was.
 
-    ``say`` receives messages about the search.
+    Parameters
+    ----------
+    scene : the scene; returned as it is if its numerics leave nothing free
+    say : told in words what is tried
     """
     if scene.numerics.free and scene.numerics.tolerance is None:
         from .unwritten import settle_unwritten  # it imports this module

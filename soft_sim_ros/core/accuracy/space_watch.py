@@ -183,7 +183,7 @@ class AccompaniedInputs(SpaceInputs):
         complain: Callable[[str], None] = lambda text: None,
     ) -> None:
         super().__init__(simulation, command_timeout, ramp, complain)
-        self.companion = Simulation(finer(simulation.dynamics).compiled.scene)
+        self.companion = Simulation(finer(simulation.dynamics).compiled)
         self._shadow = Inputs(self.companion, command_timeout, ramp)
         self._pair = [s.tips() for s in (simulation, self.companion)]
         self._trust = trust(simulation.dynamics)

@@ -50,7 +50,7 @@ def survey(simulation: Simulation, q: np.ndarray | None) -> Survey | None:
     rest = 0.0 if q is None else static_error(dynamics, q, acting(simulation))
     one = copy.copy(simulation)
     one.reset()
-    other = Simulation(finer(simulation.dynamics).compiled.scene)
+    other = Simulation(finer(simulation.dynamics).compiled)
     steps = max(1, round(SHORT * 1e9 / one.step_ns))
     free = Drive(np.zeros(0, np.int64), np.zeros((0, one.n_actuators)), steps, max(1, steps // 50))
     motion, _ = companions_apart(one, other, free)

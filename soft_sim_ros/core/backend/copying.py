@@ -13,8 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from soft_sim_ros.errors import NotCopied
-
 
 def arrays_of(value: Any) -> Iterator[np.ndarray]:
     """Yield the arrays in nested tuples, in order."""
@@ -23,21 +21,6 @@ def arrays_of(value: Any) -> Iterator[np.ndarray]:
     elif isinstance(value, tuple):
         for part in value:
             yield from arrays_of(part)
-
-
-def pour(what: str, content: list[np.ndarray], into: Any) -> None:
-    """Copy ``content`` into the arrays in nested tuples.
-
-    Raises
-    ------
-    NotCopied
-        if they do not fit, for instance because another version of the package pickled them
-    """
-    vessels = list(arrays_of(into))
-    if [(a.shape, a.dtype) for a in content] != [(a.shape, a.dtype) for a in vessels]:
-        raise NotCopied(what, "its arrays are not those of this version of the package")
-    for vessel, array in zip(vessels, content, strict=True):
-        vessel[...] = array
 
 
 def take_rest(new: Any, old: Any, memo: dict[int, Any] | None) -> None:

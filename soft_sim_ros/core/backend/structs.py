@@ -12,6 +12,7 @@ packed words are never written, so the compiler may load them once and keep them
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from typing import Any, NoReturn, TypeVar
 
 import numba
@@ -66,23 +67,51 @@ def _words(part: Any) -> int:
     return int(part in (types.float64, types.int64) or isinstance(part, Struct))
 
 
+_seen: dict[Any, Struct] = {}  # by layout: numba takes some 20 µs to name the type of an array
+_TYPE_BITS = 0x1 | 0x2 | 0x400  # of numpy's flags: contiguous by rows, by columns, writable
+
+
+def layout(value: Any) -> tuple[Any, ...]:
+    """Return what the type of a struct depends on, and nothing else, as a key of dictionaries."""
+    parts: list[Any] = [type(value)]
+    for part in value:
+        if isinstance(part, np.ndarray):
+            parts.append((part.dtype, part.ndim, part.flags.num & _TYPE_BITS))
+        elif isinstance(part, tuple) and part:
+            parts.append(layout(part))
+        else:
+            parts.append(type(part))
+    return tuple(parts)
+
+
 def struct(kind: T) -> T:
     """Let kernels get named tuples of this class by reference."""
 
     def typeof(value: Any, _context: Any) -> Struct:
-        return Struct(kind, tuple(numba.typeof(part) for part in value))
+        key = layout(value)
+        if key not in _seen:
+            _seen[key] = Struct(kind, tuple(numba.typeof(part) for part in value))
+        return _seen[key]
 
     typeof_impl.register(kind)(typeof)
     return kind
 
 
 class Packed:
-    """The words of a struct; it keeps alive the arrays that they refer to."""
+    """The words of a struct, and what they refer to, kept alive.
+
+    kind : its type, if that is known already
+    shared : packed structs; those among them that are parts of this one are not packed again
+    """
 
     __slots__ = ("_kept", "_words", "address")
+    _kept: list[Any]  # the struct, then the packed structs in it
 
-    def __init__(self, value: Any) -> None:
-        kind: Struct = numba.typeof(value)
+    def __init__(
+        self, value: Any, kind: Struct | None = None, shared: Sequence[Packed] = ()
+    ) -> None:
+        kind = numba.typeof(value) if kind is None else kind
+        assert kind is not None
         kept: list[Any] = [value]
         words: list[Any] = []
         for name, part in zip(value._fields, value, strict=True):
@@ -90,9 +119,11 @@ class Packed:
             if isinstance(field, types.Array):
                 if field.layout != "C":
                     raise TypeError(f"{kind}.{name} must be a contiguous array, not {field}")
-                words += [part.ctypes.data, *part.shape]
+                words.append(part.__array_interface__["data"][0])
+                words += part.shape
             elif isinstance(field, Struct):
-                kept.append(Packed(part))
+                ready = [one for one in shared if one._kept[0] is part]
+                kept.append(ready[0] if ready else Packed(part, field))
                 words.append(kept[-1].address)
             elif field == types.float64:
                 words.append(np.float64(part).view(np.int64))

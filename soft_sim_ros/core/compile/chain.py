@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 import numpy as np
 
@@ -12,7 +11,6 @@ from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.bases import ElementBasis, get_basis
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.segments import Block, Segment
-from soft_sim_ros.core.quadrature import lobatto
 from soft_sim_ros.scene import Basis, Joint, Pose, RigidBody, Rod, Section
 from soft_sim_ros.scene.strains import STRAINS
 
@@ -317,17 +315,17 @@ class Chain:
         self.names += labels
         for element in elements:
             element.first_segment = self.node
-            nodes, weights = _rule(element.nodes)
-            begin, end = element.span
-            s = begin + (end - begin) * nodes
-            s[-1] = end
-            weights = ((end - begin) * weights)[:, None]
-            lumped = element.section.inertia(element.normalised(s)) * weights
-            damping = element.section.mass_damping(element.normalised(s)) * weights
+            s, at, weights = element.lumps
+            inertia = element.section.inertia(at)
+            lumped = inertia * weights
+            damping = element.section.material.mass_damping * inertia * weights
             self.inertia[-1] += lumped[0]
             self.mass_damping[-1] += damping[0]
             for k in range(len(s) - 1):
-                self.add(element.step(s[k], s[k + 1]), lumped[k + 1], damping[k + 1])
+                self.add(self._step(element, s[k], s[k + 1]), lumped[k + 1], damping[k + 1])
+
+    def _step(self, element: Element, begin: float, end: float) -> Segment:
+        return element.step(begin, end)
 
 
 class Outline(Chain):
@@ -354,12 +352,6 @@ def _parts(ends: list[float], marked: Collection[float], basis: Basis) -> list[t
     places = [0, *inner, len(ends) - 1]
     parts = [np.array(ends[a : b + 1]) for a, b in zip(places[:-1], places[1:], strict=True)]
     return [(f"[{i}]" if len(parts) > 1 else "", part) for i, part in enumerate(parts)]
-
-
-@lru_cache(maxsize=64)
-def _rule(nodes: int) -> tuple[Floats, Floats]:
-    """Return the Gauss–Lobatto rule, cached: elements share it, and computing it is slow."""
-    return lobatto(nodes)
 
 
 def _screws(joint: Joint) -> list[list[tuple[int, Floats]]]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
 from soft_sim_ros.core.bases import ElementBasis, get_basis
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.segments import Segment, project_linear
-from soft_sim_ros.core.quadrature import composite, gauss, scattered
+from soft_sim_ros.core.quadrature import composite, gauss, lobatto, scattered
 from soft_sim_ros.scene import Basis, Section
 from soft_sim_ros.scene.strains import STRAINS
 
@@ -35,7 +35,7 @@ class Element:
     first_segment: int
     winding: float = 0.0  # of tendons about it, rad/m
 
-    @property
+    @cached_property
     def nodes(self) -> int:
         """Gauss–Lobatto nodes along the element."""
         return self.basis.nodes or self._at_least(default_nodes(self.basis.order))
@@ -97,6 +97,26 @@ class Element:
         begin, end = self.section_span
         return np.clip((s - begin) / (end - begin), 0.0, 1.0)
 
+    @cached_property
+    def lumps(self) -> tuple[Floats, Floats, Floats]:
+        """Nodes along the element: arc lengths, section coordinates, and weights in m (N, 1)."""
+        nodes, weights = _lobatto(self.nodes)
+        begin, end = self.span
+        s = begin + (end - begin) * nodes
+        s[-1] = end
+        return s, self.normalised(s), ((end - begin) * weights)[:, None]
+
+    @cached_property
+    def points(self) -> tuple[Floats, Floats, list[Floats]]:
+        """Gauss points of the stiffness: x (P,), weights in m (P,), and the functions there."""
+        top = max((c[2] for c in self.columns), default=1)
+        s, w = composite(gauss(self.density * (top + EXTRA)), self.marks(*self.span))
+        return self.normalised(s), w, [self.values(columns, s) for columns in self.columns]
+
+    def share(self, other: Element) -> None:
+        """Take what depends on the shape of the rod alone from an element of the same shape."""
+        self.nodes, self.lumps, self.points = other.nodes, other.lumps, other.points
+
     def step(self, begin: float, end: float) -> Segment:
         """Return the fourth-order Magnus step between two arc lengths inside the element."""
         h = end - begin
@@ -117,6 +137,12 @@ class Element:
                 if phi[0, j] != 0.0 or phi[1, j] != 0.0
             ]
         return segment
+
+
+@lru_cache(maxsize=64)
+def _lobatto(nodes: int) -> tuple[Floats, Floats]:
+    """Return Lobatto's rule: many elements have the same, and it takes a while for many nodes."""
+    return lobatto(nodes)
 
 
 @lru_cache(maxsize=256)
@@ -167,18 +193,16 @@ def block_matrices(elements: list[Element], count: int) -> tuple[Floats, Floats,
     matrices = np.zeros((3, count, count))
     base = min((c[1] for c in elements[0].columns), default=0)
     for element in elements:
-        begin, end = element.span
-        top = max((c[2] for c in element.columns), default=1)
-        rule = gauss(element.density * (top + EXTRA))
-        s, w = composite(rule, element.marks(begin, end))
-        section, at = element.section, element.normalised(s)
-        laws = np.stack(section.laws(at))
-        phis = [element.values(columns, s) for columns in element.columns]
+        at, w, phis = element.points
+        laws = np.stack(element.section.laws(at))
+        used = np.any(laws, axis=(0, 1)).tolist()
         for i, (row, first, number) in enumerate(element.columns):
             own = slice(first - base, first - base + number)
             for j, (column, other, size) in enumerate(element.columns[: i + 1]):
+                if not used[row][column]:
+                    continue
                 law = w[:, None] * laws[:, :, row, column, None]
-                if not law.any():
+                if not law.any():  # so small that it vanishes
                     continue
                 far = slice(other - base, other - base + size)
                 part = phis[i].T @ (law * phis[j])

@@ -5,7 +5,8 @@ Nothing that the scene lacks gets an array entry.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,8 @@ import numpy as np
 from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.algebra.motion_space import Spatial
 from soft_sim_ros.core.arguments import vector
-from soft_sim_ros.core.floats import Floats
-from soft_sim_ros.core.model.model import Loads, Model
+from soft_sim_ros.core.floats import Floats, Ints
+from soft_sim_ros.core.model.model import Fibres, Loads, Model
 from soft_sim_ros.core.model.packing import flat_entries, flat_tree, floats, ints
 from soft_sim_ros.core.quadrature import scattered
 from soft_sim_ros.errors import NoSuchPlace, SceneError
@@ -30,15 +31,17 @@ from soft_sim_ros.scene import (
 
 from .chain import Branch, Chain
 from .drives import refuse_undriven
+from .fingerprint import fingerprint, sums
 from .link import append_link
 from .loads import lump_loads
+from .other_materials import SameShape, differ_in_materials, same_laws
 from .overflow import refuse_overflow
 from .ports import Path, flat_ports, winding
 from .stations import flatten_fibres
 from .weights import weights
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Compiled:
     """A model, with the names and places of the scene's bodies, actuators and loads in it."""
 
@@ -102,27 +105,41 @@ class Compiled:
             raise NoSuchPlace(frame, f"one of the bodies {', '.join(ends)}")
         return ends[frame]
 
+    @cached_property
+    def fingerprint(self) -> dict[str, Floats]:
+        """A few numbers of every array that decides how the model moves."""
+        found = fingerprint(self.model) | fingerprint(self.loads)
+        return found | {"gravity": sums(self.gravity)}
+
     def to_base(self, wrench: Floats) -> Floats:
         """Return the base-frame components of a wrench (6,) given along the world axes."""
         rotation, wrench = self.base[:3, :3].T, vector("wrench", wrench, 6)
         return np.concatenate([rotation @ wrench[:3], rotation @ wrench[3:]])
 
 
-def compile_scene(scene: Scene) -> Compiled:
-    """Return the compiled scene.
+def compile_scene(scene: Scene, like: Compiled | None = None) -> Compiled:
+    """Return the model of a scene: what all its simulations share.
+
+    Parameters
+    ----------
+    scene : with numerics that leave nothing free (`settle` chooses them)
+    like : the model of a scene that differs in the materials of rods alone: all that they do not
+        change is taken from there, with the same bits as without it. That of any other scene is
+        of no use, and does no harm
 
     Raises
     ------
     SceneError
-        if its numerics are incomplete: ``settled`` completes them (accuracy/contract.py);
+        if its numerics are incomplete: ``settle`` completes them (accuracy/contract.py);
         if its numbers overflow when combined
     """
     if scene.numerics.free:
         expected = "numerics that leave nothing free: settle the scene first"
         raise SceneError(scene.file, "numerics", scene.name, expected)
     refuse_undriven(scene)
+    shared = like if like is not None and differ_in_materials(scene, like.scene) else None
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        compiled = _compiled(scene)
+        compiled = _compiled(scene) if shared is None else _of_other_materials(scene, shared)
     refuse_overflow(scene, compiled.model, compiled.loads)
     return compiled
 
@@ -144,6 +161,14 @@ def _compiled(scene: Scene) -> Compiled:
     )
 
 
+def _of_other_materials(scene: Scene, like: Compiled) -> Compiled:
+    """Return the model of a scene that differs from another one in the materials of rods."""
+    chain = build_chain(scene, SameShape(like.chain))
+    fibres = like.model.fibres if same_laws(scene, like.scene) else None
+    model = like.model._replace(**_of_materials(chain, like.model.seg_block, fibres))
+    return replace(like, scene=scene, chain=chain, model=model)
+
+
 def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
     """Return the forest of segments of a scene, rods cut where loads, tendons and bodies jump in.
 
@@ -160,6 +185,8 @@ def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
         if isinstance(actuator, Path):
             for stretch in actuator.stretches:
                 cuts[stretch.rod] |= stretch.cuts
+                if isinstance(chain, SameShape):  # its nodes are counted
+                    continue
                 s = scattered(stretch.start, stretch.end)
                 turning[stretch.rod] = max(turning[stretch.rod], float(winding(stretch, s).max()))
     marked: dict[str, set[float]] = {name: set() for name in cuts}
@@ -221,7 +248,6 @@ def _check_nodes(scene: Scene, chain: Chain, rod: Rod) -> None:
 
 def _flatten(scene: Scene, chain: Chain) -> Model:
     blocks, segments = chain.blocks, chain.segments
-    law = _sparse_law(chain)
     block_seg = ints([*(block.first_segment for block in blocks), len(segments)])
     seg_block = ints(np.repeat(np.arange(len(blocks)), np.diff(block_seg)))
     entries = flat_entries(segments)
@@ -233,21 +259,12 @@ def _flatten(scene: Scene, chain: Chain) -> Model:
         entry_col=entries[1],
         entry_comp=entries[2],
         entry_phi=entries[3],
-        inertia=floats(chain.inertia),
         block_col=ints([*(block.begin for block in blocks), len(chain.names)]),
         block_seg=block_seg,
         seg_block=seg_block,
         tree=flat_tree(segments, blocks),
-        law_ptr=law[0],
-        law_col=law[1],
-        stiffness=law[2],
-        damping=law[3],
-        branch=law[4],
-        branch_time=floats(chain.branch_time() if len(law[4]) else []),
-        fibres=flatten_fibres(chain, seg_block),
-        mass_damping=floats(chain.mass_damping if np.any(chain.mass_damping) else np.zeros((0, 4))),
         weight=weights(chain),
-        **flat_ports(scene, chain),
+        **(_of_materials(chain, seg_block) | flat_ports(scene, chain)),
         chart=ints(chain.charts),
         free=ints(chain.carried).reshape(-1, 3),
         driven=ints(chain.driven).reshape(-1, 2),
@@ -255,29 +272,42 @@ def _flatten(scene: Scene, chain: Chain) -> Model:
     )
 
 
+def _of_materials(chain: Chain, seg_block: Ints, fibres: Fibres | None = None) -> dict[str, Any]:
+    """Return the fields of Model in which materials and masses are, and nothing else is."""
+    law = _sparse_law(chain)
+    return {
+        "inertia": floats(chain.inertia),
+        "law_ptr": law[0],
+        "law_col": law[1],
+        "stiffness": law[2],
+        "damping": law[3],
+        "branch": law[4],
+        "branch_time": floats(chain.branch_time() if len(law[4]) else []),
+        "fibres": flatten_fibres(chain, seg_block) if fibres is None else fibres,
+        "mass_damping": floats(
+            chain.mass_damping if np.any(chain.mass_damping) else np.zeros((0, 4))
+        ),
+    }
+
+
 def _sparse_law(chain: Chain) -> tuple:
     """Return stiffness, damping and branches of all blocks by rows.
 
     Zeros and round-off are left out. Without any branch, the arrays for branches are empty.
     """
-    ptr, columns = [0], []
-    stiffness: list[float] = []
-    damping: list[float] = []
-    branch: list[float] = []
+    counts: list[Ints] = [ints([])]
+    columns: list[Ints] = [ints([])]
+    laws: list[Floats] = [np.zeros((3, 0))]
     for block in chain.blocks:
-        size = np.sqrt(np.outer(*2 * [np.diag(block.stiffness)]))
-        loss = np.sqrt(np.outer(*2 * [np.diag(block.damping)]))
-        # products of orthogonal functions integrate to round-off, not to zero
-        keep = np.abs(block.stiffness) > 1e-14 * size
-        keep |= np.abs(block.damping) > 1e-14 * loss
-        spare = np.sqrt(np.outer(*2 * [np.diag(block.branch)]))
-        keep |= np.abs(block.branch) > 1e-14 * spare
-        for i, row in enumerate(keep):
-            for j in np.flatnonzero(row).tolist():
-                columns.append(block.begin + j)
-                stiffness.append(block.stiffness[i, j])
-                damping.append(block.damping[i, j])
-                branch.append(block.branch[i, j])
-            ptr.append(len(columns))
-    branches = floats(branch if any(branch) else [])
-    return ints(ptr), ints(columns), floats(stiffness), floats(damping), branches
+        matrices = np.stack([block.stiffness, block.damping, block.branch])
+        keep = np.zeros(block.stiffness.shape, dtype=bool)
+        for matrix in matrices:
+            # products of orthogonal functions integrate to round-off, not to zero
+            keep |= np.abs(matrix) > 1e-14 * np.sqrt(np.outer(*2 * [np.diag(matrix)]))
+        counts.append(keep.sum(axis=1))
+        columns.append(block.begin + np.nonzero(keep)[1])
+        laws.append(matrices[:, keep])
+    stiffness, damping, branch = np.concatenate(laws, axis=1)
+    ptr = ints([0, *np.cumsum(np.concatenate(counts)).tolist()])
+    branches = floats(branch if branch.any() else [])
+    return ptr, ints(np.concatenate(columns)), floats(stiffness), floats(damping), branches

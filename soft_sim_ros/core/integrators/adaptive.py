@@ -25,13 +25,26 @@ from soft_sim_ros.core.terms.forcing import (
 )
 
 from .newton import CONVERGED, TOO_FAR, TOO_ROUGH
-from .problem import DISSIPATED, LOAD_WORK, REJECTED, STEPS
+from .problem import (
+    DISSIPATED,
+    END,
+    LOAD_WORK,
+    LOST,
+    POWER,
+    REJECTED,
+    STAGE,
+    START,
+    STEPS,
+    TIME_ERROR,
+    TRIAL,
+    UPHOLD,
+)
 
 # Work.clock: start and length of the present step in s after the last jump of an input, the length
 # to try next, the error of the last step over the permitted one, grid steps since that jump;
 # whether something jumped at the end of the present step, whether something jumped at its start;
 # the length that the last step after a jump should have had
-BEGIN, LENGTH, NEXT, ERROR, SINCE, JUMPED, FIRST, START = 0, 1, 2, 3, 4, 5, 6, 7
+BEGIN, LENGTH, NEXT, ERROR, SINCE, JUMPED, FIRST, FRESH = 0, 1, 2, 3, 4, 5, 6, 7
 # Work.span
 Q0, V0, A0, Q1, V1, A1, QN, VN = 0, 1, 2, 3, 4, 5, 6, 7
 # Newton's method may leave this share of the error permitted to a step.
@@ -56,7 +69,8 @@ def adaptive_step(problem, t, h):
         clock[JUMPED] = 1.0
         for i in range(n):
             span[QN, i], span[VN, i] = state.q[i], state.v[i]
-        booked[1, DISSIPATED], booked[1, LOAD_WORK] = state.ledger[0], state.ledger[1]
+        booked[END, DISSIPATED] = state.ledger[DISSIPATED]
+        booked[END, LOAD_WORK] = state.ledger[LOAD_WORK]
         work.restart[0] = 0
     anchor = t - clock[SINCE] * h
     target = (clock[SINCE] + 1.0) * h
@@ -75,14 +89,14 @@ def adaptive_step(problem, t, h):
 def next_step(problem, anchor, h):
     """Make the next step of the method, however long; on failure the present one stays."""
     model, data, work, method = problem.model, problem.data, problem.work, problem.method
-    uphold = problem.calls[3]
+    uphold = problem.calls[UPHOLD]
     clock, span, booked = work.clock, work.span, work.booked
     n = len(work.a)
     begin = clock[BEGIN] + clock[LENGTH]
     first = clock[JUMPED] != 0.0
     size = min(clock[NEXT], LONGEST * h)
     if first:  # as after the last jump
-        size = clock[START] if clock[START] > 0.0 else 0.1 * h
+        size = clock[FRESH] if clock[FRESH] > 0.0 else 0.1 * h
     status = TOO_ROUGH
     if uphold != 0:
         call_uphold(uphold, model, data, work, 0.0, span[QN], span[VN])
@@ -117,19 +131,19 @@ def next_step(problem, anchor, h):
         clock[NEXT] = max(size, length * factor) if length < size else length * factor
         clock[ERROR] = error
         if first:
-            clock[START] = clock[NEXT]
+            clock[FRESH] = clock[NEXT]
         clock[BEGIN], clock[LENGTH], clock[FIRST] = begin, length, 1.0 if first else 0.0
         for i in range(n):
             span[Q0, i], span[V0, i], span[A0, i] = span[QN, i], span[VN, i], span[A1, i]
             span[Q1, i], span[V1, i], span[A1, i] = work.q[i], work.v[i], work.a[i]
             span[QN, i], span[VN, i] = work.q[i], work.v[i]
         for c in range(4):
-            booked[0, c], booked[1, c] = booked[1, c], booked[2, c]
+            booked[START, c], booked[END, c] = booked[END, c], booked[TRIAL, c]
         clock[JUMPED] = 1.0 if switches_at(problem.loads, here + length, length) else 0.0
         # a change of chart does not affect the polynomial of the present step
         if uphold != 0 and call_uphold(uphold, model, data, work, length, span[QN], span[VN]):
             clock[JUMPED] = 1.0
-        work.measure[1] += error * method.error
+        work.measure[TIME_ERROR] += error * method.error
         work.counters[STEPS] += 1
         return CONVERGED
     return status
@@ -140,7 +154,7 @@ def attempt(problem, t, h, first):
     """Try a step of h in s from the end of the present one, at t.
 
     Return (CONVERGED or why not, its error over the permitted one). Its end is in Work.q, v, a and
-    booked[2].
+    booked[TRIAL].
     """
     model, data, work, method = problem.model, problem.data, problem.work, problem.method
     span, booked, held, loads = work.span, work.booked, problem.held, problem.loads
@@ -155,7 +169,7 @@ def attempt(problem, t, h, first):
         if diagonal == 0.0:  # the first stage of an ESDIRK method: the end of the last step
             for c in range(n):
                 stage_v[i, c], stage_a[i, c] = v[c], span[A1, c]
-            lost, power = booked[1, 2], booked[1, 3]
+            lost, power = booked[END, LOST], booked[END, POWER]
         else:
             for c in range(n):
                 x, u = q[c], v[c]
@@ -167,7 +181,7 @@ def attempt(problem, t, h, first):
             now = inside(t, h, tableau[i, stages])
             apply_loads(loads, held.tip, held.follows[0] != 0, now, 1.0, data)
             guess(work, tableau, i, h, first)
-            status = call_stage(problem.calls[2], problem, diagonal * diagonal, diagonal, goal)
+            status = call_stage(problem.calls[STAGE], problem, diagonal * diagonal, diagonal, goal)
             if status != CONVERGED:
                 return status, 0.0
             for c in range(n):
@@ -175,9 +189,9 @@ def attempt(problem, t, h, first):
             lost, power = damping_power(model, data, work.v), load_power(model, data)
         dissipated += h * tableau[stages, i] * lost
         worked += h * tableau[stages, i] * power
-    booked[2, DISSIPATED] = booked[1, DISSIPATED] + dissipated
-    booked[2, LOAD_WORK] = booked[1, LOAD_WORK] + worked
-    booked[2, 2], booked[2, 3] = lost, power
+    booked[TRIAL, DISSIPATED] = booked[END, DISSIPATED] + dissipated
+    booked[TRIAL, LOAD_WORK] = booked[END, LOAD_WORK] + worked
+    booked[TRIAL, LOST], booked[TRIAL, POWER] = lost, power
     error, way = 0.0, 0.0
     for c in range(n):
         x, u = 0.0, 0.0
@@ -244,8 +258,8 @@ def interpolate(work, state, target):
         slope = 2.0 * c2 * x + 3.0 * c3 * x2 + 4.0 * c4 * x3 + 5.0 * c5 * x4
         state.v[i] = v + slope / h
     for c in range(2):
-        old, more = booked[0, c], booked[1, c] - booked[0, c]
-        early, late = h * booked[0, 2 + c], h * booked[1, 2 + c]
+        old, more = booked[START, c], booked[END, c] - booked[START, c]
+        early, late = h * booked[START, LOST + c], h * booked[END, LOST + c]
         if clock[FIRST] != 0.0:
             state.ledger[c] = old + more * (2.0 * x - x2) + late * (x2 - x)
         else:

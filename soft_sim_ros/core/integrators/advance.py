@@ -8,7 +8,7 @@ from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.core.terms.forcing import next_switch, switches_at
 
 from .newton import CONVERGED, TOO_FAR
-from .problem import ADAPTIVE, EVALUATIONS, REFUSED
+from .problem import ADAPTIVE, DISSIPATED, EVALUATIONS, LOAD_WORK, REFUSED, STEP, UPHOLD, Q, V
 
 # A step is halved at most this many times, into at most this many pieces, before it is refused, so
 # that a call always ends.
@@ -35,29 +35,29 @@ def fixed_step(problem, t, h):
     On failure nothing has changed but the scratch, and the reason is returned.
     """
     model, work, state, loads = problem.model, problem.work, problem.state, problem.loads
-    data, uphold = problem.data, problem.calls[3]
+    data, uphold = problem.data, problem.calls[UPHOLD]
     q, v, ledger = state.q, state.v, state.ledger
     n = len(q)
     for i in range(n):
-        work.saved[0, i], work.saved[1, i] = q[i], v[i]
-    saved = (ledger[0], ledger[1])
+        work.saved[Q, i], work.saved[V, i] = q[i], v[i]
+    saved = (ledger[DISSIPATED], ledger[LOAD_WORK])
     done, size, halvings, pieces = 0.0, h, 0, 0
     while done < h * (1.0 - 1e-9):
         pieces += 1
         here = t + done
         for i in range(n):
-            work.before[0, i], work.before[1, i] = q[i], v[i]
-        booked = (ledger[0], ledger[1])
+            work.before[Q, i], work.before[V, i] = q[i], v[i]
+        booked = (ledger[DISSIPATED], ledger[LOAD_WORK])
         if uphold != 0:
             call_uphold(uphold, model, data, work, 0.0, q, v)
         until = next_switch(loads, here, h - done)
         step = min(size, until)
         if h - done - step < 1e-9 * h:
             step = h - done
-        status = call_step(problem.calls[4], problem, here, step)
+        status = call_step(problem.calls[STEP], problem, here, step)
         if status == CONVERGED and len(model.driven) > 0:
             bring(loads.drives, here + step, q, v)
-        if status == CONVERGED and too_far(model, work.before[0], q):
+        if status == CONVERGED and too_far(model, work.before[Q], q):
             status = TOO_FAR
         if status == CONVERGED:
             done += step
@@ -70,16 +70,16 @@ def fixed_step(problem, t, h):
                 halvings -= 1
             continue
         for i in range(n):
-            q[i], v[i], work.a[i] = work.before[0, i], work.before[1, i], 0.0
-        ledger[0], ledger[1] = booked
+            q[i], v[i], work.a[i] = work.before[Q, i], work.before[V, i], 0.0
+        ledger[DISSIPATED], ledger[LOAD_WORK] = booked
         work.counters[REFUSED] += 1
         work.restart[0] = 1
         halvings += 1
         size = 0.5 * min(size, step)
         if halvings > HALVINGS or pieces > PIECES:
             for i in range(n):
-                q[i], v[i] = work.saved[0, i], work.saved[1, i]
-            ledger[0], ledger[1] = saved
+                q[i], v[i] = work.saved[Q, i], work.saved[V, i]
+            ledger[DISSIPATED], ledger[LOAD_WORK] = saved
             return status
     return CONVERGED
 
@@ -88,26 +88,26 @@ def fixed_step(problem, t, h):
 def advance(problem, step_ns, steps, most):
     """Make ``steps`` steps, fewer if they take more than ``most`` evaluations of the residual.
 
-    Each is counted in State.clock as soon as it is made: state and time change together, whatever
+    Each is counted in State.steps as soon as it is made: state and time change together, whatever
     happens to the caller. Return the status of the step that failed, or CONVERGED.
     """
-    data, held, clock = problem.data, problem.held, problem.state.clock
+    data, held, made = problem.data, problem.held, problem.state.steps
     counters = problem.work.counters
     for c in range(3):
         data.gravity[c] = held.gravity[c]
     for i in range(len(held.effort)):
         data.effort[i] = held.effort[i]
     h = step_ns * 1e-9
-    last, enough = clock[0] + steps, counters[EVALUATIONS] + most
-    while clock[0] < last:
-        t = (clock[0] * step_ns) * 1e-9
+    last, enough = made[0] + steps, counters[EVALUATIONS] + most
+    while made[0] < last:
+        t = (made[0] * step_ns) * 1e-9
         if problem.method.kind == ADAPTIVE:
-            status = call_step(problem.calls[4], problem, t, h)
+            status = call_step(problem.calls[STEP], problem, t, h)
         else:
             status = fixed_step(problem, t, h)
         if status != CONVERGED:
             return status
-        clock[0] += 1
+        made[0] += 1
         if counters[EVALUATIONS] >= enough:
             break
     return CONVERGED

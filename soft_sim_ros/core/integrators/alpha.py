@@ -5,17 +5,19 @@ from soft_sim_ros.core.terms.forcing import apply_loads, damping_power, inside, 
 
 from .newton import CONVERGED
 from .predictor import judge, predict, remember
-from .problem import DISSIPATED, LOAD_WORK, STEPS
+from .problem import DISSIPATED, END, LOAD_WORK, POWER, STAGE, STEPS
+
+# Work.span: the acceleration that the method carries, and that of the equation of motion
+ALGORITHMIC, TRUE = 0, 1
 
 
 @unit
 def alpha_step(problem, t, h):
     """Advance by h in s from t; method.rho ∈ [0, 1] is the spectral radius at infinite frequency.
 
-    The method remembers an acceleration, span[0] (algorithmic) and span[1] (of the equation of
-    motion). Where an input jumped these are that of one implicit stage ahead: the exact one, M q̈ =
-    −r, would ring on in every stiff strain. Dissipation is booked with the mean velocity of the
-    step, so ringing is not counted.
+    The method remembers an acceleration, ALGORITHMIC and TRUE. Where an input jumped these are that
+    of one implicit stage ahead: the exact one, M q̈ = −r, would ring on in every stiff strain.
+    Dissipation is booked with the mean velocity of the step, so ringing is not counted.
     """
     model, data, work, state = problem.model, problem.data, problem.work, problem.state
     held, calls, goal = problem.held, problem.calls, problem.method.tolerance
@@ -26,13 +28,13 @@ def alpha_step(problem, t, h):
     beta = 0.25 * (1.0 - am + af) ** 2
     share = (1.0 - af) / (1.0 - am)
     cq, cv = h * h * beta * share, h * gamma * share
-    algorithmic, true = work.span[0], work.span[1]
+    algorithmic, true = work.span[ALGORITHMIC], work.span[TRUE]
     apply_loads(problem.loads, held.tip, held.follows[0] != 0, inside(t, h, 1.0), 1.0, data)
     fresh = work.restart[0] != 0
     if fresh:
         for i in range(n):
             work.start_q[i], work.start_v[i] = q[i] + cv * v[i], v[i]
-        status = call_stage(calls[2], problem, cq, cv, goal)
+        status = call_stage(calls[STAGE], problem, cq, cv, goal)
         if status != CONVERGED:
             return status
         for i in range(n):
@@ -43,7 +45,7 @@ def alpha_step(problem, t, h):
         work.start_q[i] = q[i] + h * v[i] + h * h * ((0.5 - beta) * old + beta * carried)
         work.start_v[i] = v[i] + h * ((1.0 - gamma) * old + gamma * carried)
     predict(work, 0, h, 1.0)
-    status = call_stage(calls[2], problem, cq, cv, goal)
+    status = call_stage(calls[STAGE], problem, cq, cv, goal)
     if status != CONVERGED:
         return status
     judge(model, work, 0)
@@ -55,9 +57,9 @@ def alpha_step(problem, t, h):
         q[i], v[i] = work.q[i], work.v[i]
     state.ledger[DISSIPATED] += h * damping_power(model, data, work.start_v)
     power = load_power(model, data)
-    before = power if fresh else work.booked[0, 0]
+    before = power if fresh else work.booked[END, POWER]
     state.ledger[LOAD_WORK] += 0.5 * h * (before + power)
-    work.booked[0, 0] = power
+    work.booked[END, POWER] = power
     remember(work, h)
     work.counters[STEPS] += 1
     return CONVERGED

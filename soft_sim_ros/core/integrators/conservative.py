@@ -15,7 +15,7 @@ from soft_sim_ros.core.terms.forcing import apply_loads, damping_power, inside, 
 from .ledger import residual, stock
 from .newton import CONVERGED, UNBALANCED, largest
 from .predictor import judge, predict, remember
-from .problem import DISSIPATED, LOAD_WORK, STEPS
+from .problem import DISSIPATED, LOAD_WORK, STAGE, STEPS
 
 # Velocities are not changed by more than this part in one step.
 MOST = 0.01
@@ -35,7 +35,7 @@ def conservative_step(problem, t, h):
         work.start_q[i], work.start_v[i] = q[i] + 0.5 * h * v[i], v[i]
     apply_loads(problem.loads, held.tip, held.follows[0] != 0, inside(t, h, 0.5), 1.0, data)
     predict(work, 0, h, 1.0)
-    status = call_stage(calls[2], problem, 0.25 * h * h, 0.5 * h, problem.method.tolerance)
+    status = call_stage(calls[STAGE], problem, 0.25 * h * h, 0.5 * h, problem.method.tolerance)
     if status != CONVERGED:
         return status
     judge(model, work, 0)

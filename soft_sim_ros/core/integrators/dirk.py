@@ -5,7 +5,7 @@ from soft_sim_ros.core.terms.forcing import apply_loads, damping_power, inside, 
 
 from .newton import CONVERGED
 from .predictor import judge, predict, remember
-from .problem import DISSIPATED, LOAD_WORK, STEPS
+from .problem import DISSIPATED, LOAD_WORK, STAGE, STEPS
 
 
 @unit
@@ -39,7 +39,7 @@ def dirk_step(problem, t, h):
         else:
             share = first / (1.0 - first) if stages > 1 else 1.0
         predict(work, i, h, share)
-        status = call_stage(calls[2], problem, diagonal * diagonal, diagonal, goal)
+        status = call_stage(calls[STAGE], problem, diagonal * diagonal, diagonal, goal)
         if status != CONVERGED:
             return status
         judge(model, work, i)

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
+from collections.abc import Sequence
+from typing import Any, NamedTuple, NoReturn
 
-from soft_sim_ros.core.backend.jit import Call, address, call_account, call_advance, call_hold, unit
+from soft_sim_ros.core.backend.jit import (
+    Call,
+    address,
+    call_account,
+    call_advance,
+    call_hold,
+    signature_of,
+    unit,
+)
 from soft_sim_ros.core.backend.structs import Packed
 from soft_sim_ros.core.backend.together import compile_together
 from soft_sim_ros.core.floats import Floats
@@ -42,23 +51,45 @@ def _hold(function, problem, efforts):
     return call_hold(function, problem, efforts)
 
 
+class _Addresses(NamedTuple):
+    """Where the machine code of the units of a problem is."""
+
+    calls: tuple[int, ...]  # Problem.calls
+    own: tuple[int, int, int]  # advance, take_stock, hold
+
+
+_found: dict[Any, _Addresses] = {}
+
+
+def _compiled(problem: Problem, calls: list[Call], besides: list[Call]) -> _Addresses:
+    own: list[tuple[Any, ...]] = [(advance, problem, 1, 1, 1), (take_stock, problem)]
+    own.append((hold, problem, problem.held.effort))
+    compile_together([*calls, *own, *besides])
+    one, two, three = (address(*call) for call in own)
+    return _Addresses(tuple(address(*call) if call else 0 for call in calls), (one, two, three))
+
+
 class Entry:
     """The kernels of one problem, whose arrays are known by address and may not be exchanged.
 
-    besides: calls that will be made, to be compiled together with those of the problem.
+    besides: calls that will be made, to be compiled together with those of the problem; shared:
+    parts of the problem that are packed already.
     """
 
-    def __init__(self, problem: Problem, besides: list[Call]) -> None:
-        self._packed = Packed(problem)
+    def __init__(
+        self, problem: Problem, besides: list[Call], shared: Sequence[Packed] = ()
+    ) -> None:
+        (kind,) = signature_of([problem])
+        self._packed = Packed(problem, kind, shared)
         self._problem = self._packed.address
         calls = [*called(problem), (STEPS[problem.method.kind], problem, 1.0, 1.0)]
-        own: list[Call] = [(advance, problem, 1, 1, 1), (take_stock, problem)]
-        own += [(hold, problem, problem.held.effort)]
-        compile_together([*calls, *own, *besides])
-        problem.calls[:] = [address(*call) if call else 0 for call in calls]
-        self._advance = address(advance, problem, 1, 1, 1)
-        self._take_stock = address(take_stock, problem)
-        self._hold = address(hold, problem, problem.held.effort)
+        # arrays of other lengths and content are no reason to look for kernels again
+        key = kind, problem.method.kind, tuple(call is None for call in calls)
+        found = _found.get(key)
+        if found is None:
+            found = _found[key] = _compiled(problem, calls, besides)
+        problem.calls[:] = found.calls
+        self._advance, self._take_stock, self._hold = found.own
 
     def __reduce_ex__(self, protocol: object) -> NoReturn:
         """Refuse to be copied or pickled: addresses would be those of the original's arrays."""

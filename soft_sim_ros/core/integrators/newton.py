@@ -11,7 +11,18 @@ from soft_sim_ros.core.terms.driven import follow_drives, hold_still, leave_out,
 from soft_sim_ros.core.terms.fibres import lawful
 from soft_sim_ros.core.terms.maxwell import branch_forces, branch_tangent, relax
 
-from .problem import EVALUATIONS, FACTORISATIONS, ITERATIONS, Problem
+from .problem import (
+    CORRECTION,
+    CQ,
+    CV,
+    EVALUATIONS,
+    FACTORISATIONS,
+    ITERATIONS,
+    NO_FACTORS,
+    RESIDUAL,
+    TANGENT,
+    Problem,
+)
 
 CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR, UNRESOLVED, INVERTED, TOO_FAR = 0, 1, 2, 3, 4, 5, 6
 LAWLESS, TOO_ROUGH, UNBALANCED = 7, 8, 9
@@ -79,7 +90,7 @@ def solve_stage(problem, cq, cv, goal):
     calls = problem.calls
     n = len(work.a)
     driven = len(model.driven) > 0
-    stale = work.key[0] != cq or work.key[1] != cv
+    stale = work.key[CQ] != cq or work.key[CV] != cv
     before = 0.0
     refreshed = -1
     for iteration in range(method.limit):
@@ -89,21 +100,21 @@ def solve_stage(problem, cq, cv, goal):
         if driven:
             follow_drives(model, data, work)
         relax(model, work, cq, cv)
-        call_residual(calls[0], model, data, work.q, work.v, work.a, work.residual)
+        call_residual(calls[RESIDUAL], model, data, work.q, work.v, work.a, work.residual)
         branch_forces(model, work.v, work.residual)
         if driven:
             leave_out(model, work.residual)
         work.counters[EVALUATIONS] += 1
         if stale:
-            call_tangent(calls[1], model, data, (cq, cv, 1.0), work.system)
+            call_tangent(calls[TANGENT], model, data, (cq, cv, 1.0), work.system)
             branch_tangent(model, cq, cv, work.system)
             if driven:
                 hold_still(model, work.system)
             work.counters[FACTORISATIONS] += 1
-            work.key[0], work.key[1] = cq, cv
+            work.key[CQ], work.key[CV] = cq, cv
             work.rate[0] = 1.0
             if not factor(model, work.system):
-                work.key[0] = -1.0
+                work.key[CQ] = NO_FACTORS
                 return SINGULAR
             stale = False
             refreshed = iteration
@@ -112,9 +123,9 @@ def solve_stage(problem, cq, cv, goal):
             work.a[i] -= work.residual[i]
         size = cv * largest(model.weight, work.residual)
         work.counters[ITERATIONS] += 1
-        work.measure[0] = size
+        work.measure[CORRECTION] = size
         if not math.isfinite(size):
-            work.key[0] = -1.0
+            work.key[CQ] = NO_FACTORS
             return NOT_FINITE
         # remaining error if the contraction stays the same
         if iteration == 0:
@@ -144,7 +155,7 @@ def solve_stage(problem, cq, cv, goal):
                 break  # diverges with exact factors
             stale = True
         before = size
-    work.key[0] = -1.0
+    work.key[CQ] = NO_FACTORS
     return TOO_MANY
 
 

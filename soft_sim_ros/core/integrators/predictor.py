@@ -8,6 +8,8 @@ equal steps are remembered, and no times, so the same motion has the same bits w
 
 from soft_sim_ros.core.backend.jit import kernel
 
+from .problem import KNOWN, NEWEST, SECOND, SIZE, THIRD
+
 LINE, PARABOLA = 0, 1
 
 
@@ -20,7 +22,7 @@ def predict(work, i, h, share):
     stage: the last two steps), for later ones the last stage of the step before and the first of
     this one; ``share`` then counts from the former.
     """
-    known = 0 if work.restart[0] != 0 or work.age[1] != h else int(work.age[0])
+    known = 0 if work.restart[0] != 0 or work.age[SIZE] != h else int(work.age[KNOWN])
     stages, n = work.stage_a.shape
     memory, now = work.memory, work.stage_a
     line, parabola = work.guesses[LINE], work.guesses[PARABOLA]
@@ -31,22 +33,22 @@ def predict(work, i, h, share):
     last = stages - 1
     for c in range(n):
         if i == 0:
-            old = memory[0, 0, c] if stages > 1 else memory[1, 0, c]
-            line[c] = memory[0, last, c] + share * (memory[0, last, c] - old)
+            old = memory[NEWEST, 0, c] if stages > 1 else memory[SECOND, 0, c]
+            line[c] = memory[NEWEST, last, c] + share * (memory[NEWEST, last, c] - old)
         else:
-            line[c] = memory[0, last, c] + share * (now[0, c] - memory[0, last, c])
+            line[c] = memory[NEWEST, last, c] + share * (now[0, c] - memory[NEWEST, last, c])
     if known < 3:
         for c in range(n):
             parabola[c] = line[c]
     elif i == 0:
         for c in range(n):
-            parabola[c] = 3.0 * (memory[0, 0, c] - memory[1, 0, c]) + memory[2, 0, c]
+            parabola[c] = 3.0 * (memory[NEWEST, 0, c] - memory[SECOND, 0, c]) + memory[THIRD, 0, c]
     else:
         # the difference to the first stage varies smoothly from step to step
         for c in range(n):
-            d0 = memory[0, i, c] - memory[0, 0, c]
-            d1 = memory[1, i, c] - memory[1, 0, c]
-            d2 = memory[2, i, c] - memory[2, 0, c]
+            d0 = memory[NEWEST, i, c] - memory[NEWEST, 0, c]
+            d1 = memory[SECOND, i, c] - memory[SECOND, 0, c]
+            d2 = memory[THIRD, i, c] - memory[THIRD, 0, c]
             parabola[c] = now[0, c] + 3.0 * (d0 - d1) + d2
     best = line if work.better[i] == LINE else parabola
     for c in range(n):
@@ -67,14 +69,14 @@ def judge(model, work, i):
 @kernel
 def remember(work, h):
     """Keep the stages of a step of h in s that has succeeded."""
-    if work.restart[0] != 0 or work.age[1] != h:
-        work.age[0] = 0.0
+    if work.restart[0] != 0 or work.age[SIZE] != h:
+        work.age[KNOWN] = 0.0
     stages, n = work.stage_a.shape
     for i in range(stages):
         for c in range(n):
-            work.memory[2, i, c] = work.memory[1, i, c]
-            work.memory[1, i, c] = work.memory[0, i, c]
-            work.memory[0, i, c] = work.stage_a[i, c]
-    work.age[0] = min(3.0, work.age[0] + 1.0)
-    work.age[1] = h
+            work.memory[THIRD, i, c] = work.memory[SECOND, i, c]
+            work.memory[SECOND, i, c] = work.memory[NEWEST, i, c]
+            work.memory[NEWEST, i, c] = work.stage_a[i, c]
+    work.age[KNOWN] = min(3.0, work.age[KNOWN] + 1.0)
+    work.age[SIZE] = h
     work.restart[0] = 0

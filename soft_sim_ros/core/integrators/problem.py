@@ -13,10 +13,26 @@ from soft_sim_ros.core.recursion.elimination import System, new_system
 DIRK, ALPHA, ENERGY, ADAPTIVE = 0, 1, 2, 3
 # counters
 STEPS, EVALUATIONS, FACTORISATIONS, ITERATIONS, REFUSED, REJECTED = 0, 1, 2, 3, 4, 5
+# Problem.calls: inverse_dynamics, tangent, solve_stage, uphold, the step of the method
+RESIDUAL, TANGENT, STAGE, UPHOLD, STEP = 0, 1, 2, 3, 4
 # State.ledger
 DISSIPATED, LOAD_WORK = 0, 1
 # State.account, the rest of what the ledger is made of
 KINETIC, ELASTIC, GRAVITY, ACTUATOR_WORK, REFERENCE, BOOKED = 0, 1, 2, 3, 4, 5
+# Work.key: ∂q/∂a and ∂v/∂a
+CQ, CV = 0, 1
+# Work.measure
+CORRECTION, TIME_ERROR = 0, 1
+# Work.age
+KNOWN, SIZE = 0, 1
+# Work.memory
+NEWEST, SECOND, THIRD = 0, 1, 2
+# rows of Work.saved and Work.before
+Q, V = 0, 1
+# Work.booked: both ends of the present step and that of a trial; after DISSIPATED and LOAD_WORK
+# their rates
+START, END, TRIAL = 0, 1, 2
+LOST, POWER = 2, 3
 
 
 @struct
@@ -59,7 +75,7 @@ class State(NamedTuple):
     position: Floats  # (A,) port positions
     rate: Floats  # (A,) port velocities
     acting: Floats  # (A,) port efforts
-    clock: Ints  # (1,) steps of the scene's grid made so far
+    steps: Ints  # (1,) steps of the scene's grid made so far
 
 
 @struct
@@ -67,7 +83,7 @@ class Work(NamedTuple):
     """Scratch of a solver for n coordinates and s stages."""
 
     system: System  # factors of the Newton matrix
-    key: Floats  # (2,) the (cq, cv) it was made for
+    key: Floats  # (2,) the (CQ, CV) it was made for; CQ < 0: no factors
     rate: Floats  # (1,) contraction of Newton's method seen with these factors, 1: unknown
     residual: Floats  # (n,)
     zero: Floats  # (n,) zeros, the rates of a state at rest
@@ -82,17 +98,20 @@ class Work(NamedTuple):
     stage_v: Floats  # (s, n)
     stage_a: Floats  # (s, n)
     memory: Floats  # (3, s, n) stage_a of the last three steps, newest first
-    # (2,) how many of them are valid, and the step size in s they belong to
+    # (2,) how many of them are KNOWN, and the step SIZE in s they belong to
     age: Floats
     restart: Ints  # (1,) 1: an input jumped, what is remembered of the past is void
-    # (8, n) adaptive: q, q̇, q̈ at both ends of its present step; q, q̇ from which the next starts
+    # (8, n) adaptive: q, q̇, q̈ at both ends of its present step; q, q̇ from which the next starts;
+    # generalised-α: accelerations
     span: Floats
     clock: Floats  # (CLOCK,) adaptive: see adaptive.py
-    booked: Floats  # (3, 4) adaptive: ledger and its rates at both ends and at a trial's; α: power
-    saved: Floats  # (2, n) q, v at the start of the step
-    before: Floats  # (2, n) q, v at the start of the piece of the step at hand
+    # (3, 4) adaptive: the ledger and its rates, at START, END and that of a TRIAL; generalised-α:
+    # [END, POWER]
+    booked: Floats
+    saved: Floats  # (2, n) Q, V at the start of the step
+    before: Floats  # (2, n) Q, V at the start of the piece of the step at hand
     counters: Ints  # (6,)
-    measure: Floats  # (2,) last Newton correction; accumulated estimate of the error in time
+    measure: Floats  # (2,) last CORRECTION of Newton's method; sum of the errors in time
 
 
 @struct
@@ -110,10 +129,11 @@ class Problem(NamedTuple):
     method: Method
     held: Held
     state: State
-    calls: Ints  # (5,)
+    calls: Ints  # (5,) RESIDUAL … STEP
 
 
 CLOCK = 8
+NO_FACTORS = -1.0  # Work.key
 
 
 def new_work(model: Model, stages: int) -> Work:
@@ -151,7 +171,7 @@ def forget(work: Work) -> None:
     for name, array in work._asdict().items():
         if name not in kept:
             array[...] = 0
-    work.key[:] = -1.0
+    work.key[:] = NO_FACTORS
     work.rate[:] = 1.0
     work.restart[:] = 1
 
@@ -168,5 +188,5 @@ def new_state(model: Model) -> State:
         position=np.zeros(actuators),
         rate=np.zeros(actuators),
         acting=np.zeros(actuators),
-        clock=np.zeros(1, dtype=np.int64),
+        steps=np.zeros(1, dtype=np.int64),
     )

@@ -1,4 +1,4 @@
-"""The state that a scene begins in, and whether motion can go on from there."""
+"""The coordinates that a scene begins in, and whether motion can go on from there."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from soft_sim_ros.errors import SceneError, StaticsFailed
 
 # Beyond this many coordinates the mass matrix is not looked at as a whole.
 MASS_CHECKED = 600
+VANISHING = 1e-14  # the least eigenvalue of a mass matrix with ones on its diagonal
 
 
-def initial_state(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Floats]:
+def initial_coordinates(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Floats]:
     """Return coordinates and rates (n,) of the scene's initial state.
 
     efforts : (A,) what the actuators hold in an equilibrium
@@ -103,10 +104,22 @@ def check_mass(dynamics: Dynamics, q: Floats) -> None:
     vanishes = not diagonal[worst] > 0.0
     if not vanishes:
         # in these units every coordinate has unit mass: what vanishes is a combination of them
-        values, shapes = np.linalg.eigh(mass / np.sqrt(np.outer(diagonal, diagonal)))
-        worst, vanishes = int(np.argmax(np.abs(shapes[:, 0]))), not values[0] > 1e-14
+        scaled = mass / np.sqrt(np.outer(diagonal, diagonal))
+        if _clearly_positive(scaled):
+            return
+        values, shapes = np.linalg.eigh(scaled)
+        worst, vanishes = int(np.argmax(np.abs(shapes[:, 0]))), not values[0] > VANISHING
     if vanishes:
         name = dynamics.compiled.coordinate_names[worst]
         expected = f"a mass that its coordinate {name!r} moves (more nodes, or a body after it)"
         scene = dynamics.compiled.scene
         raise SceneError(scene.file, "bodies", scene.name, expected)
+
+
+def _clearly_positive(matrix: Floats) -> bool:
+    """Return whether all eigenvalues are far above VANISHING: to tell takes less than they do."""
+    try:
+        np.linalg.cholesky(matrix - 100.0 * VANISHING * np.eye(len(matrix)))
+    except np.linalg.LinAlgError:
+        return False
+    return True

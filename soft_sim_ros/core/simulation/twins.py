@@ -4,31 +4,25 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from soft_sim_ros.core.backend.copying import arrays_of, pour, take_rest
+from soft_sim_ros.core.backend.copying import take_rest
 from soft_sim_ros.core.compile.scene import Compiled
-from soft_sim_ros.core.mechanics.dynamics import Dynamics
+
+from .state import SimulationState
+from .stepper import Stepper
 
 
-class Twins:
-    """Makes copies of a Simulation independent simulations in the same state.
+class Twins(Stepper):
+    """What makes copies of a Simulation simulations of their own in the same state.
 
-    Shallow ones, deep ones and those unpickled; the solver's memory and the ledger are in the
-    state, so they go on with the same bits. Scene and model are immutable, and shared but by
-    pickles.
+    Shallow ones, deep ones and those unpickled: each is built anew of the compiled scene, which
+    never changes and is shared but by pickles, and gets the state of the original.
     """
 
-    compiled: Compiled
-    _prune: bool
-    _start: tuple[np.ndarray, np.ndarray]
+    _start: SimulationState
     _own: frozenset[str]  # attributes of a Simulation by itself
 
-    def _build(self, dynamics: Dynamics, prune: bool) -> None:
-        raise NotImplementedError
-
-    @property
-    def _moving(self) -> tuple[Any, ...]:
+    def _build(self, compiled: Compiled, prune: bool) -> None:
+        """Make everything but the state."""
         raise NotImplementedError
 
     def __copy__(self) -> Any:
@@ -41,26 +35,18 @@ class Twins:
         new = object.__new__(type(self))
         if memo is not None:
             memo[id(self)] = new
-        new._restore(self.compiled, self._prune, self._start, list(arrays_of(self._moving)))
+        new._build(self.compiled, self._prune)
+        new._start = self._start
+        new._put(self.state())
         take_rest(new, self, memo)
         return new
 
-    def _restore(
-        self,
-        compiled: Compiled,
-        prune: bool,
-        start: tuple[np.ndarray, np.ndarray],
-        content: list[np.ndarray],
-    ) -> None:
-        self._build(Dynamics(compiled), prune)
-        self._start = start
-        pour("a Simulation", content, self._moving)
-
     def __getstate__(self) -> tuple[Any, ...]:
         rest = {name: value for name, value in vars(self).items() if name not in self._own}
-        return self.compiled, self._prune, self._start, list(arrays_of(self._moving)), rest
+        return self.compiled, self._prune, self._start, self.state(), rest
 
-    def __setstate__(self, state: tuple[Any, ...]) -> None:
-        *parts, rest = state
-        self._restore(*parts)
+    def __setstate__(self, pickled: tuple[Any, ...]) -> None:
+        compiled, prune, self._start, state, rest = pickled
+        self._build(compiled, prune)
+        self.restore(state)
         vars(self).update(rest)

@@ -1,0 +1,89 @@
+"""Whether a state can be one of a solver: what comes from a file may be anything."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from soft_sim_ros.core.integrators.adaptive import BEGIN, LENGTH, SINCE
+from soft_sim_ros.core.integrators.problem import CQ, KNOWN, Problem
+from soft_sim_ros.errors import StateError
+
+from .mark import ModelMark
+from .memory import ARRAYS, EXCHANGED, SolverMemory, factors_of
+from .state import SimulationState
+
+
+def known_to_fit(state: SimulationState, mark: ModelMark) -> bool:
+    """Return whether a state is known to be one of a model: nothing in it changes."""
+    return vars(state).get("_fit") is mark
+
+
+def note_fit(state: SimulationState, mark: ModelMark) -> SimulationState:
+    """Note that a state is one of a model, and return it."""
+    object.__setattr__(state, "_fit", mark)
+    return state
+
+
+def refuse_misfit(state: SimulationState, problem: Problem, n: int, most_steps: int) -> None:
+    """Refuse a state that no simulation of a problem of n coordinates can be in.
+
+    most_steps : so many steps can be made before time ends
+
+    Raises
+    ------
+    StateError
+        which names the part that is not as it should be
+    """
+    where, actuators = f"state of {state.scene!r}", len(problem.held.effort)
+    shapes: dict[str, tuple[int, ...]] = {
+        **{"q": (n,), "v": (n,), "dashpots": (2, len(problem.state.q) - n)},
+        **{"efforts": (actuators,), "wrench": (6,), "ports": (actuators,)},
+        **dict.fromkeys(("dissipated", "load_work", "actuator_work", "reference"), ()),
+    }
+    for key, shape in shapes.items():
+        _refuse(where, key, getattr(state, key), shape)
+    if not 0 <= state.step_index <= most_steps:
+        expected = f"a whole number in [0, {most_steps}]"
+        raise StateError(where, "step_index", str(state.step_index), expected)
+    _refuse_memory(where, state.solver, problem, 1e-9 * state.step_ns)
+
+
+def _refuse_memory(where: str, memory: SolverMemory, problem: Problem, step: float) -> None:
+    """Refuse what no solver with steps of ``step`` s can remember."""
+    work = problem.work
+    shapes = {name: getattr(work, array).shape for name, array in ARRAYS.items()}
+    factored = memory.key.shape == shapes["key"] and memory.key[CQ] >= 0.0
+    shapes["factors"] = (sum(x.size for x in factors_of(work)) if factored else 0,)
+    shapes["couplings"] = getattr(work.system, EXCHANGED).shape
+    shapes["time_error"] = ()
+    for name, shape in shapes.items():
+        _refuse(where, f"solver.{name}", getattr(memory, name), shape)
+    begin, length, since = memory.clock[[BEGIN, LENGTH, SINCE]].tolist()
+    # the present step of the adaptive method reaches to now, else it would have to be caught up
+    behind = begin + length < (since - 1e-6) * step and not memory.restart.any()
+    rows = len(memory.couplings)
+    allowed = {
+        "couplings": (memory.couplings >= 0) & (memory.couplings < rows),
+        "better": np.isin(memory.better, [0, 1]),
+        "restart": np.isin(memory.restart, [0, 1]),
+        "age": np.isin(memory.age[KNOWN], [0, 1, 2, 3]),
+        "clock": (memory.clock >= 0.0) & (not behind),
+        "counters": memory.counters >= 0,
+        "time_error": np.array(memory.time_error >= 0.0),
+    }
+    for name, fits in allowed.items():
+        if not fits.all():
+            found = str(np.asarray(getattr(memory, name)).tolist())[:100]
+            raise StateError(where, f"solver.{name}", found, "what a solver leaves there")
+
+
+def _refuse(where: str, key: str, given: Any, shape: tuple[int, ...]) -> None:
+    """Refuse an array of another shape, or with something in it that is no number."""
+    given = np.asarray(given)
+    if given.shape != shape:
+        raise StateError(where, key, f"of shape {given.shape}", f"shape {shape}")
+    if not np.isfinite(given).all():
+        wrong = given[~np.isfinite(given)].flat[0]
+        raise StateError(where, key, f"{wrong} somewhere", "finite numbers")

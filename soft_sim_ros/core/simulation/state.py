@@ -1,0 +1,106 @@
+"""The state of a simulation as a value: all that decides how it goes on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from soft_sim_ros.core.floats import Floats
+
+from .mark import ModelMark
+from .memory import SolverMemory
+from .value import Value
+from .value_file import load, save
+
+FORMAT = "soft_sim_ros state 1"
+
+
+@dataclass(frozen=True, eq=False)
+class SimulationState(Value):
+    """All that decides how a simulation goes on: an immutable value.
+
+    It can be compared (bit by bit), hashed, pickled, kept and put into a file. Put back with
+    `Simulation.restore` it goes on with the same bits, in any simulation of the same model.
+
+    Attributes
+    ----------
+    model : what a simulation must be of to take it
+    step_index : steps made
+    q, v : (n,) coordinates and their rates
+    dashpots : (2, n) coordinates and rates of the dashpots of Maxwell branches; (2, 0) without any
+    efforts : (A,) held, in N·m, N or Pa; m of a tendon whose length is commanded
+    wrench : (6,) held at the tip, moment in N·m and force in N, along the axes of the base or, if
+        ``wrench_follows``, of the tip
+    wrench_follows : whether it turns with the tip
+    dissipated, load_work : J since the ledger began
+    actuator_work : J, up to the last change of an effort
+    reference : J, the energy that the ledger began with
+    ports : (A,) port positions at the last change of an effort
+    solver : what the solver remembers
+
+    Notes
+    -----
+    Friction of tendons is a function of shape, rates and tension (a regularised law), so it needs
+    no state of its own.
+    """
+
+    model: ModelMark
+    step_index: int
+    q: Floats
+    v: Floats
+    dashpots: Floats
+    efforts: Floats
+    wrench: Floats
+    wrench_follows: bool
+    dissipated: float
+    load_work: float
+    actuator_work: float
+    reference: float
+    ports: Floats
+    solver: SolverMemory
+
+    @property
+    def scene(self) -> str:
+        """Name of the scene."""
+        return self.model.scene
+
+    @property
+    def step_ns(self) -> int:
+        """Size of a step in ns."""
+        return self.model.step_ns
+
+    @property
+    def time_ns(self) -> int:
+        """Simulation time in ns."""
+        return self.step_index * self.step_ns
+
+    @property
+    def time(self) -> float:
+        """Simulation time in s."""
+        return self.time_ns / 1e9
+
+    def save(self, path: str | Path) -> None:
+        """Write it to a file, whole or not at all; the same state makes the same bytes.
+
+        path : ends with ``.npz`` by custom; numpy reads it, no pickle is in it
+        """
+        save(self, FORMAT, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> SimulationState:
+        """Read it from a file.
+
+        Raises
+        ------
+        StateError
+            which names the file, and the key that is missing or not as expected
+        UnfitFile, OSError
+            if it is no such file at all, or cannot be read
+        """
+        return load(cls, FORMAT, path)
+
+    def __repr__(self) -> str:
+        return (
+            f"<state of {self.scene!r} at t = {self.time:.9g} s, {len(self.q)} coordinates, "
+            f"{len(self.efforts)} actuators>"
+        )
