@@ -103,6 +103,10 @@ def _read_moduli(reader: Reader, law: Law | None) -> tuple[float, float]:
         return young, young / (2.0 * (1.0 + reader.number("poisson_ratio", POISSON)))
     shear = float(reader.number("shear_modulus", POSITIVE))
     if shear < young / 3.0 * (1.0 - ROUNDING):
-        expected = f"a number >= young_modulus/3 = {young / 3:g} (Poisson's ratio <= 0.5)"
+        expected = (
+            f"a number >= young_modulus/3 = {young / 3:g} (Poisson's ratio <= 0.5); a braided or "
+            "wound tube is not isotropic: give its sections their stiffness instead, such as "
+            "stiffness: {torsion: GJ in N·m²}"
+        )
         reader.refuse(expected, "shear_modulus")
     return young, shear

@@ -95,7 +95,8 @@ MISTAKES = [
         "poisson_ratio: 0.49",
         "shear_modulus: 2e5",
         "6: materials.silicone.shear_modulus = 2e5: expected a number >= young_modulus/3 "
-        "= 233333 (Poisson's ratio <= 0.5)",
+        "= 233333 (Poisson's ratio <= 0.5); a braided or wound tube is not isotropic: give its "
+        "sections their stiffness instead, such as stiffness: {torsion: GJ in N·m²}",
     ),
     (
         "poisson_ratio: 0.49",
