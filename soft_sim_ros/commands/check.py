@@ -168,6 +168,8 @@ def accuracy(scene: Scene, simulation: Simulation, q: np.ndarray, state: str) ->
             return
         error, limit = found.certain, WRITTEN
         beyond = " (too coarse for these)" if found.corners > limit else ""
+        if found.missed:
+            beyond += f" ({found.missed} of these states of rest not found)"
         yield (
             f"error in space    of the length: {found.rest:.2g} at rest, {found.corners:.2g} at "
             f"the limits of loads and actuators{beyond}, {found.motion:.2g} in a second of motion"

@@ -62,7 +62,7 @@ class Rod:
         return next(section for section in self.sections if section.name == name)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FlexibleLink:
     """A straight elastic rod that moves as a rigid body plus ``modes`` linear modes.
 

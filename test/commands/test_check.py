@@ -101,3 +101,15 @@ def test_numerics_that_were_chosen_are_not_surveyed_again(capsys, monkeypatch):
     said = capsys.readouterr().out
     assert "numerics          chosen, none are written: " in said
     assert "error of the tip  " in said and "error in space" not in said
+
+
+def test_limits_at_which_no_state_of_rest_is_found_are_told(printed, tmp_path, call, capsys):
+    """No estimate is made for them, so "at the limits" would promise too much."""
+    assert "not found" not in printed
+    arm = (Path(__file__).parents[1] / "node" / "arm.yaml").read_text()
+    absurd = re.sub(r"limits: \[[^\]]*\]", "limits: [-1.0e+20, 1.0e+20]", arm)
+    assert absurd != arm
+    (tmp_path / "absurd.yaml").write_text(absurd)
+    assert call("check", tmp_path / "absurd.yaml") == 0
+    line = next(s for s in capsys.readouterr().out.splitlines() if s.startswith("error in space"))
+    assert re.search(r"at the limits of loads and actuators \(\d of these states .* found\)", line)

@@ -140,6 +140,16 @@ def test_functions_of_the_state_refuse_what_is_no_vector_and_take_all_that_is(
                 call(owner, name, given | {parameter: wrong})
 
 
+def test_numbers_are_made_doubles_before_anything_is_computed_with_them(arm):
+    """Fractions multiply exactly, long doubles nearly so: sums would round elsewhere."""
+    owner, rng = PortHamiltonian(arm.dynamics), np.random.default_rng(4)
+    q = rng.uniform(0.1, 0.3, owner.n)
+    for p in rng.uniform(-1.0, 1.0, (40, owner.n)):
+        expected = owner.hamiltonian(q, p)
+        for why in ("fractions", "long doubles", "objects"):
+            assert owner.hamiltonian(q, SAME[why](p)) == expected, why
+
+
 def test_scratch_of_another_arm_is_refused(arm):
     other = Dynamics(arm.compiled)
     zero = np.zeros(other.n)

@@ -1,5 +1,7 @@
 """B-3: links in a floating frame, against (3.31)–(3.36) by themselves, and against rods."""
 
+from dataclasses import replace
+
 import by_hand
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 from soft_sim_ros.core.analysis.statics import equilibrium
-from soft_sim_ros.core.compile.link_modes import Modes
+from soft_sim_ros.core.compile.link_modes import Modes, modes_of
 from soft_sim_ros.core.compile.moments import concentrated
 from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import SceneError
@@ -82,6 +84,26 @@ def test_modes_are_those_of_euler_and_bernoulli():
         np.testing.assert_allclose(shift[:, axis, j], sign * shape, atol=1e-6)
         about = turn[:, 2, j] if axis == 1 else -turn[:, 1, j]
         np.testing.assert_allclose(about, sign * slope / LENGTH, atol=2e-5)
+
+
+def test_modes_are_made_once_whatever_the_numerics_and_for_every_link_anew():
+    """What is remembered belongs to one link, equals a new computation, and cannot be changed."""
+    scene = parse_scene(yaml.safe_dump(document([link()])))
+    body = scene.bodies[0]
+    known = Dynamics(scene).compiled.chain.links[body.name].modes
+    finer = replace(scene, numerics=replace(scene.numerics, step=1e-4))
+    assert Dynamics(finer).compiled.chain.links[body.name].modes is known
+    other = parse_scene(yaml.safe_dump(document([link()]))).bodies[0]
+    assert modes_of(other) is not known
+    fresh = Modes(body)
+    for s in (np.linspace(0.0, LENGTH, 5), np.linspace(0.0, 0.5 * LENGTH, 5)):
+        for _ in range(2):
+            for one, two in zip(known.fields(s), fresh.fields(s), strict=True):
+                np.testing.assert_array_equal(one, two)
+                with pytest.raises(ValueError, match="read-only"):
+                    one[...] = 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        known.stiffness[...] = 0.0
 
 
 def test_modes_of_each_kind_can_be_asked_for():

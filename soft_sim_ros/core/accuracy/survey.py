@@ -24,11 +24,13 @@ class Survey:
     rest : in the state of rest that was given
     corners : in all states of rest of cases.py that the arm's loads and actuators can cause
     motion : in a second from the initial state with safe efforts, against a finer companion
+    missed : states of rest at the corners that were not found, and are in no estimate
     """
 
     rest: float
     corners: float
     motion: float
+    missed: int = 0
 
     @property
     def certain(self) -> float:
@@ -46,7 +48,9 @@ def survey(simulation: Simulation, q: np.ndarray | None) -> Survey | None:
         return None
     # known forces only: other wrenches are judged during the run
     known = [forcing for forcing in cases(dynamics) if forcing.tip is None]
-    corners = max((error_of(dynamics, forcing)[0] for forcing in known), default=0.0)
+    looked = [error_of(dynamics, forcing) for forcing in known]
+    corners = max((error for error, state in looked if state is not None), default=0.0)
+    missed = sum(state is None for _, state in looked)
     rest = 0.0 if q is None else static_error(dynamics, q, acting(simulation))
     one = copy.copy(simulation)
     one.reset()
@@ -54,4 +58,4 @@ def survey(simulation: Simulation, q: np.ndarray | None) -> Survey | None:
     steps = max(1, round(SHORT * 1e9 / one.step_ns))
     free = Drive(np.zeros(0, np.int64), np.zeros((0, one.n_actuators)), steps, max(1, steps // 50))
     motion, _ = companions_apart(one, other, free)
-    return Survey(rest, corners, motion)
+    return Survey(rest, corners, motion, missed)

@@ -17,7 +17,7 @@ import numpy as np
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.mechanics.sampler import Frames
-from soft_sim_ros.core.refine.prolong import finer, prolong
+from soft_sim_ros.core.refine.prolong import finer, finer_scene, prolong, reference_turn, shown
 from soft_sim_ros.core.refine.refinement import STEP_ERROR, Refinement, source_with
 from soft_sim_ros.core.refine.space_error import UNWRITTEN, apart, newton, tips_apart, trust
 from soft_sim_ros.core.simulation.simulation import Simulation
@@ -95,6 +95,8 @@ def _first(scene: Scene) -> Numerics:
 
 def _by_statics(scene: Scene, rules: Refinement, numerics: Numerics) -> tuple[Numerics, float]:
     """Return numerics that resolve the equilibria, and their estimated error."""
+    if not numerics.rods:  # links and joints have nothing to choose
+        return numerics, 0.0
     found: dict[int, tuple[Dynamics, Floats]] = {}
     worst = 0.0
     for _ in range(ROUNDS):
@@ -208,7 +210,7 @@ def _finer_space(
 
 def _finer(rules: Refinement, one: Simulation) -> Scene:
     """Return the companion's scene: finer in space, for what turns, and in time."""
-    scene = finer(one.dynamics).compiled.scene
+    scene = finer_scene(one.scene, shown(reference_turn(one.compiled)))
     return replace(scene, numerics=rules.finer_time(scene.numerics))
 
 

@@ -59,6 +59,7 @@ class PortHamiltonian:
 
     def hamiltonian(self, q: Floats, p: Floats) -> float:
         """Return H(q, p) in J: Dynamics of Soft Robots (1.39)."""
+        p = self.dynamics.coordinates(p, "p")
         return 0.5 * float(np.dot(p, self.velocity(q, p))) + self.potential(q)
 
     def gradient(self, q: Floats, p: Floats) -> tuple[Floats, Floats]:

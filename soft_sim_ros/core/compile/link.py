@@ -25,7 +25,7 @@ from soft_sim_ros.scene import FlexibleLink, Load, PointLoad, Rod
 
 from .chain import Chain
 from .link_map import LinkMap
-from .link_modes import Modes
+from .link_modes import modes_of
 from .moments import concentrated
 
 # Gauss–Lobatto points in every section, at which the integrals over modes are taken.
@@ -34,7 +34,7 @@ POINTS = 40
 
 def append_link(chain: Chain, link: FlexibleLink, loads: Sequence[Load] = ()) -> None:
     """Append a floating-frame link, and nodes for the loads along it, to a chain."""
-    modes = Modes(link)
+    modes = modes_of(link)
     begin, first = len(chain.names), chain.node
     columns = range(begin, begin + link.modes)
     laws = modes.stiffness, modes.damping, modes.branch, modes.branch_time

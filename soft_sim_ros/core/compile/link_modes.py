@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import scipy
@@ -17,6 +18,7 @@ from .link_map import FINE
 
 # Strains that move together where the rod is straight: twisting, two planes of bending, stretching.
 GROUPS = {"torsion": (0,), "bend_y": (1, 5), "bend_z": (2, 4), "stretch": (3,)}
+FIELDS = 64  # sets of arc lengths at which a link's fields are remembered
 
 
 class Modes:
@@ -74,11 +76,21 @@ class Modes:
         self.damping = shapes.T @ damping @ shapes
         self.branch = shapes.T @ branch @ shapes
         self.branch_time = self._chain.blocks[0].branch_time
+        # read-only: one link's modes are in all compiled scenes that have this link
+        for array in (self.frequencies, self.stiffness, self.damping, self.branch):
+            array.flags.writeable = False
+        self._known: dict[bytes, Floats] = {}
 
     def fields(self, s: Floats) -> tuple[Floats, Floats]:
         """Return rotations and displacements (N, 3, m) per unit coordinate at arc lengths s."""
-        motions = self._small_motions(s) @ self._shapes
-        return motions[:, :3], motions[:, 3:]
+        key = s.tobytes()
+        if key not in self._known:
+            if len(self._known) == FIELDS:
+                self._known.clear()
+            motions = self._small_motions(s) @ self._shapes
+            motions.flags.writeable = False
+            self._known[key] = motions
+        return self._known[key][:, :3], self._known[key][:, 3:]
 
     def _columns_of(self, group: tuple[int, ...]) -> list[int]:
         """Return the coordinates of some strain components."""
@@ -102,6 +114,16 @@ class Modes:
             out[i, :3] = twist[:3]
             out[i, 3:] = twist[3:] + np.cross(twist[:3], [where, 0.0, 0.0], axisa=0, axisc=0)
         return out
+
+
+_KNOWN: WeakKeyDictionary[FlexibleLink, Modes] = WeakKeyDictionary()
+
+
+def modes_of(link: FlexibleLink) -> Modes:
+    """Return the modes of a link, made once and remembered: no choice of numerics changes them."""
+    if link not in _KNOWN:
+        _KNOWN[link] = Modes(link)
+    return _KNOWN[link]
 
 
 def _scaled(shape: Floats, small: Floats, length: float) -> Floats:
