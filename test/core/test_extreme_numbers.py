@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 from every_key import DOCUMENTS
-from scenes import rod_document
+from scenes import rod_document, scene_of
 
 from soft_sim_ros.core.accuracy.contract import settle
 from soft_sim_ros.core.backend.copying import arrays_of
@@ -217,3 +217,11 @@ def test_a_tendon_beyond_all_sizes_is_refused(offset, where):
     document = rod_document(strains=["bend_y"], order=1, actuators=[tendon])
     with pytest.raises(SceneError, match=rf"actuators\[0\]\.{where}"):
         parse_scene(yaml.safe_dump(document))
+
+
+@pytest.mark.parametrize(("elements", "order"), [(10000, 50), (200, 50), (10000, 5)])
+def test_more_coordinates_than_anybody_waits_for_are_refused_at_once(elements, order):
+    start = time.process_time()
+    with pytest.raises(SceneError, match=r"numerics\.rods\.rod = .*order.*fewer elements"):
+        compile_scene(scene_of(rod_document(elements=elements, order=order)))
+    assert time.process_time() - start < 2.0

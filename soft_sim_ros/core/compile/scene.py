@@ -37,6 +37,7 @@ from .loads import lump_loads
 from .other_materials import SameShape, differ_in_materials, same_laws
 from .overflow import refuse_overflow
 from .ports import Path, flat_ports, winding
+from .size import refuse_size
 from .stations import flatten_fibres
 from .weights import weights
 
@@ -137,6 +138,7 @@ def compile_scene(scene: Scene, like: Compiled | None = None) -> Compiled:
         expected = "numerics that leave nothing free: settle the scene first"
         raise SceneError(scene.file, "numerics", scene.name, expected)
     refuse_undriven(scene)
+    refuse_size(scene)
     shared = like if like is not None and differ_in_materials(scene, like.scene) else None
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         compiled = _compiled(scene) if shared is None else _of_other_materials(scene, shared)
