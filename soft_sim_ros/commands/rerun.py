@@ -22,6 +22,7 @@ from soft_sim_ros.node.joint_commands import SENDER_LEFT
 from soft_sim_ros.recording.claims import facts, machine
 from soft_sim_ros.recording.decode import stack
 from soft_sim_ros.recording.machine import machine_facts
+from soft_sim_ros.recording.offset import OFFSET, offset_of
 from soft_sim_ros.recording.reader import LoggedMessage, Run, read_run
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import ALL, INPUTS, resolve
@@ -129,11 +130,21 @@ class Rerun:
                 elif text == SENDER_LEFT:
                     if order := self._inputs.released():
                         self._inputs.take(order)
+                elif text.startswith(OFFSET):
+                    self._telemetry.offset_ns = self._offset(message, text)
                 elif text.startswith("diverged"):
                     self._inputs.update()  # the step that failed had the inputs of its start
                 elif text.startswith("withdrawn"):
                     self._inputs.update()
                     self._inputs.withdraw()
+
+    def _offset(self, message: LoggedMessage, text: str) -> int:
+        try:
+            return offset_of(text) or 0
+        except ValueError as error:
+            place = f"{message.topic} at t = {message.time_ns / 1e9:.9g} s"
+            reason = f"says {printable(text[:60])!r} on {place}: {error}"
+            raise RecordingError(self._run.path, reason) from error
 
     def _advance_to(self, message: LoggedMessage) -> None:
         steps, rest = divmod(message.time_ns - self.simulation.time_ns, self.simulation.step_ns)

@@ -13,6 +13,7 @@ from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.core.simulation.orders import Order
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.node.clock import Grid, Pacer
+from soft_sim_ros.node.follower import Follower
 from soft_sim_ros.node.inbox import Answer, Inbox
 from soft_sim_ros.node.joint_commands import SENDER_LEFT
 from soft_sim_ros.node.log_trouble import LogTrouble
@@ -21,6 +22,7 @@ from soft_sim_ros.node.recovery import RESET, Recovery
 from soft_sim_ros.node.states import BEAT, States
 from soft_sim_ros.node.timing import StepCosts
 from soft_sim_ros.recording.cdr import encode_string
+from soft_sim_ros.recording.offset import offset_event
 from soft_sim_ros.recording.telemetry import LEDGER
 
 _RESIDUAL = LEDGER.index("residual")
@@ -46,8 +48,8 @@ class Physics:
         Records bytes.
     grid : Grid
         When to publish and to take up orders.
-    pacer : Pacer
-        When in the real world.
+    pacer : Pacer or Follower
+        When in the real world, or on somebody else's clock.
     paused : bool
         Whether to wait for a request before the first step.
     exit_on_error : bool
@@ -63,7 +65,7 @@ class Physics:
         outlet: Outlet,
         log,
         grid: Grid,
-        pacer: Pacer,
+        pacer: Pacer | Follower,
         *,
         paused: bool = False,
         exit_on_error: bool = False,
@@ -78,6 +80,9 @@ class Physics:
         self.failure: str | None = None
         self.residual = 0.0
         self.ran_ns = self.running_ns = 0  # simulated and real time while not paused
+        self._telemetry = telemetry
+        self._follows = isinstance(pacer, Follower)
+        self._restamped = False  # the present state has a new stamp, with which it was not sent
         self._states = States(self.simulation, telemetry, outlet, log, grid)
         self._exit_on_error, self._complain = exit_on_error, complain
         self.recovery = Recovery(inputs, complain)
@@ -156,16 +161,19 @@ class Physics:
             self._complain(f"the physics thread failed:\n{traceback.format_exc()}")
 
     def _run(self) -> None:
+        if isinstance(self.pacer, Follower) and not self._wait_for_clock(self.pacer):
+            return
         self._emit()
         before, counted_ns = time.monotonic_ns(), self.simulation.time_ns
         while not self._stop.is_set():
-            # A state is computed ahead of its time and sent when it is due. A request need not wait
-            # for that, an order does: neither of them lets the next step begin early.
-            due = not self.paused and self.pacer.wait(self.simulation.time_ns, self._interrupted)
+            # A state is computed ahead of its time and sent when it is due, but with somebody
+            # else's clock, where commands between two ticks count from the first of them on. A
+            # request need not wait, an order does: neither lets the next step begin early.
+            due = not self.paused and self.pacer.wait(self._next_ns(), self._interrupted)
             now, time_ns = time.monotonic_ns(), self.simulation.time_ns
             self.running_ns += now - before
             before = now
-            if due:
+            if due and not self._follows:
                 self.ran_ns += time_ns - counted_ns
                 counted_ns = time_ns
                 self._emit_on_grid()
@@ -175,10 +183,37 @@ class Physics:
                 self._inbox.wake.clear()
                 self._states.look_for_latecomers()
                 before, counted_ns = time.monotonic_ns(), self.simulation.time_ns
+            elif due and self._restamped:
+                self._emit()
             elif due:
                 self._advance(self.grid.steps_from(self.simulation.step_index))
+                if self._follows:
+                    self.ran_ns += self.simulation.time_ns - time_ns
+                    self._emit_on_grid()
+            elif self._follows:
+                self._states.look_for_latecomers()
         self._emit_on_grid()  # what was computed last may not have been due yet
         self._look_at_ledger()
+
+    def _next_ns(self) -> int:
+        """Return the simulated time that has to be due before anything else happens."""
+        ahead = 0
+        if self._follows and not self._restamped:
+            ahead = self.grid.steps_from(self.simulation.step_index)
+        return self.simulation.time_ns + ahead * self.simulation.step_ns
+
+    def _wait_for_clock(self, clock: Follower) -> bool:
+        """Send nothing before there is a time to stamp it with; False if the end came first."""
+        while not clock.join(self.simulation.time_ns, self._interrupted):
+            if self._stop.is_set():
+                return False
+            self._inbox.empty(self._take)
+        return True
+
+    def set_offset(self, offset_ns: int) -> None:
+        """Stamp with simulated time plus this from now on; only for the thread itself."""
+        self._telemetry.offset_ns, self._restamped = offset_ns, True
+        self._event(offset_event(offset_ns))
 
     def _interrupted(self) -> bool:
         return self._inbox.asked.is_set() or self._stop.is_set()
@@ -237,6 +272,7 @@ class Physics:
         self._states.tick()
 
     def _emit(self) -> None:
+        self._restamped = False
         self._states.send()
         if self.log is not None and self.pacer.factor == 0.0:
             self.log.wait_for_room(1.0)  # nobody waits for us, so nothing need be dropped
@@ -268,6 +304,8 @@ class Physics:
         return True, f"{'paused' if pause else 'running'} at t = {self.simulation.time:.9g} s"
 
     def _single_steps(self, steps: int) -> Answer:
+        if self._follows:
+            return False, "this arm follows /clock: step the program that publishes it"
         if not self.paused:
             return False, "not paused: ~/step advances a paused simulation"
         if self.diverged:
