@@ -86,7 +86,7 @@ class OtherClocks:
     def __init__(self, node, telemetry: Telemetry, settings: Settings, warn: Callable[[str], None]):
         self._node, self._telemetry, self._warn = node, telemetry, warn
         self._own = 1 if settings.publish_clock else 0
-        self._follows = settings.time != OWN
+        self._silent = settings.time != OWN
         self._apart = APART * max(1.0, settings.real_time_factor)
         self._subscription = None
         self._heard: list[float] = []
@@ -95,7 +95,7 @@ class OtherClocks:
 
     def look(self) -> str | None:
         """Return what is wrong, in a sentence; warn if it is new. Called once a second."""
-        if self._follows:
+        if self._silent:
             return None
         if self._node.count_publishers(CLOCK) <= self._own:
             self._found, self._next = None, 0
@@ -109,11 +109,18 @@ class OtherClocks:
         elif self._next > 0:
             self._next -= 1
         else:
-            self._heard, self._left = [], _PATIENCE
+            self._listen()
+        return self._found
+
+    def _listen(self) -> None:
+        self._heard, self._left = [], _PATIENCE
+        try:
             self._subscription = self._node.create_subscription(
                 Clock, CLOCK, self._compare, qos_profile(Qos(1, "best_effort")), raw=True
             )
-        return self._found
+        except RuntimeError as error:  # a policy of SROS2 may forbid it
+            self._silent = True
+            self._warn(f"cannot compare times with {CLOCK}: {error}")
 
     def _compare(self, data: bytes) -> None:
         if (time_ns := stamp_of(data)) is not None:
