@@ -20,12 +20,12 @@ from soft_sim_ros.foreign import printable
 from soft_sim_ros.node.commands import read_order
 from soft_sim_ros.node.joint_commands import SENDER_LEFT
 from soft_sim_ros.recording.claims import facts, machine
-from soft_sim_ros.recording.decode import stack
+from soft_sim_ros.recording.decode import KNOWN, stack
 from soft_sim_ros.recording.machine import machine_facts
 from soft_sim_ros.recording.offset import OFFSET, offset_of
 from soft_sim_ros.recording.reader import LoggedMessage, Run, read_run
 from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import ALL, INPUTS, resolve
+from soft_sim_ros.recording.topics import ALL, INPUTS, OUTPUTS, resolve
 from soft_sim_ros.scene import Scene, parse_scene
 
 # Facts of the machine on which the last bits of a result may depend.
@@ -98,7 +98,9 @@ class Rerun:
         )
         self._frame_id, node = known.frame_id, known.node
         self._lasting = known.joint_command_hold
-        self._telemetry = Telemetry(self.simulation, known.poses, self._frame_id, node)
+        self._telemetry = Telemetry(
+            self.simulation, known.poses, self._frame_id, node, has_one_label(run)
+        )
         self._builders = {t.name: getattr(self._telemetry, t.key) for t in self._telemetry.topics}
         self.topics = {resolve(name, node): key for key, (name, _, _) in ALL.items()}
 
@@ -186,6 +188,15 @@ def recorded_scene(run: Run) -> Scene:
         lacks = ", ".join((["its scene"] if source is None else []) + missing)
         raise RecordingError(run.path, f"cannot be simulated again: it lacks {lacks}")
     return parse_scene(source, f"{run.path}/scene.yaml")
+
+
+def has_one_label(run: Run) -> bool:
+    """Whether the names of the energies are in one label, as they once were."""
+    energy = resolve(OUTPUTS["energy"][0], run.metadata.get("node", ""))
+    for message in run.messages():
+        if message.topic == energy and message.type in KNOWN:
+            return len(stack(message.type, [message.data]).texts) == 1
+    return False
 
 
 def recorded_bounds(run: Run, scene: Scene) -> Bounds:

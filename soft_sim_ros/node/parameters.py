@@ -101,6 +101,12 @@ class Row:
 
 TABLE = (
     Row("scene", "soft_arm", "scene file, or the name of one in the package's config folder"),
+    Row(
+        "name_from",
+        "node",
+        "what topics and services are called after: node = the node's name, scene = the scene's",
+        choices=("node", "scene"),
+    ),
     Row("record", "", "directory of the recording, new or empty; empty = no recording"),
     Row(
         "real_time_factor",
@@ -212,6 +218,8 @@ class Settings(SimpleNamespace):
     ``time`` says whose time it is: OWN, or how that of another is followed.
     """
 
+    time = OWN
+
 
 def strangers(node, shared: Collection[str]) -> list[str]:
     """Return the parameters that are for other nodes: in a shared file, and like none of ours."""
@@ -254,7 +262,10 @@ def declare(node, others: Collection[str] = (), shared: Collection[str] = ()) ->
     for row in TABLE:
         node.declare_parameter(row.name, values[row.name], row.descriptor(), ignore_override=True)
     node.add_pre_set_parameters_callback(_whole_numbers_are_numbers)
-    return Settings(**values, time=time)
+    settings = Settings(**values)
+    if time != OWN:
+        settings.time = time
+    return settings
 
 
 def whose_time(

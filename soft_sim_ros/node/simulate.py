@@ -28,7 +28,7 @@ from soft_sim_ros.node.physics import Physics
 from soft_sim_ros.node.prepare import simulation_of, warm_up
 from soft_sim_ros.node.publishers import Publishers, message_class
 from soft_sim_ros.node.quality import OVERRIDABLE, qos_profile
-from soft_sim_ros.node.reading import read_settings, run_metadata
+from soft_sim_ros.node.reading import named, read_settings, run_metadata
 from soft_sim_ros.node.rivals import Rivals
 from soft_sim_ros.node.services import Services
 from soft_sim_ros.node.signals import Signals, Stopped
@@ -72,9 +72,13 @@ def main(args: list[str] | None = None) -> int:
 def _run(signals: Signals, args: list[str]) -> int:
     with asking_ros("cannot start the node"):
         node = Node(NAME)
+    told_as = node.get_fully_qualified_name()
     log = node.get_logger()
     try:
-        settings = read_settings(node, args)
+        with asking_ros("cannot start the node"):
+            node = named(node, args)
+        log = node.get_logger()
+        settings = read_settings(node, args, told_as)
         scene = load_scene(settings.scene)
         arm = Arm(node, scene, settings, signals.hold)
     except SoftSimError as error:
@@ -249,7 +253,12 @@ class Arm:
         return BagWriter(
             self.settings.record,
             topics,
-            metadata=run_metadata(self.settings, prefix) | self.inputs.bounds.facts(),
+            metadata=run_metadata(
+                self.settings,
+                prefix,
+                {one.name: self.node.resolve_topic_name(one.name) for one in topics},
+            )
+            | self.inputs.bounds.facts(),
             attachments={"scene.yaml": scene.source.encode()},
             on_loss=self._lost,
         )

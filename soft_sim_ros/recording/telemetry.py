@@ -72,9 +72,17 @@ class Telemetry:
     poses : number of backbone poses N, at least 2
     frame_id : frame the poses are given in
     prefix : full name of the node, such as ``/arm1/soft_arm``
+    one_label : whether ``energy`` has its names in one label, as in recordings of old
     """
 
-    def __init__(self, simulation: Observable, poses: int, frame_id: str, prefix: str) -> None:
+    def __init__(
+        self,
+        simulation: Observable,
+        poses: int,
+        frame_id: str,
+        prefix: str,
+        one_label: bool = False,
+    ) -> None:
         if poses < 2:
             raise ValueError(f"poses = {poses}: expected at least 2, the base and the tip")
         self.topics = output_topics(prefix)
@@ -85,7 +93,9 @@ class Telemetry:
         self._tip = PoseStampedBuffer(frame_id)
         self._joints = JointStateBuffer(simulation.actuator_names)
         self._strains = JointStateBuffer(simulation.coordinate_names, effort=False)
-        self._energy = Float64MultiArrayBuffer(len(LEDGER), ",".join(LEDGER))
+        self._energy = Float64MultiArrayBuffer(
+            len(LEDGER), ",".join(LEDGER) if one_label else LEDGER
+        )
         self._posed_for: bytes | None = None
         self._poses: Floats = np.empty((poses, 7))
 
@@ -119,5 +129,5 @@ class Telemetry:
         return self._strains.fill(self.stamp_ns, self._simulation.q, self._simulation.v)
 
     def energy(self) -> bytes:
-        """Energy ledger in J, a Float64MultiArray whose label holds the names."""
+        """Energy ledger in J, a Float64MultiArray with a label for every number."""
         return self._energy.fill(self._simulation.ledger())
