@@ -49,7 +49,8 @@ PARAMETERS = {
     "clock_rate": (float, "messages on /clock per simulated second, Hz; 0 = one with every state"),
     "follow_clock": (
         str,
-        "with use_sim_time, how /clock is followed: lock_step = as soon as it has come, resampled = evenly, one tick behind",
+        "with use_sim_time, how /clock is followed: lock_step = as soon as it has come, "
+        "resampled = evenly, one tick behind",
     ),
     "publish_tf": (bool, "publish the frames base and tip on /tf (needs tf2_msgs)"),
     "tf_frames": (str, "joints and rigid bodies also on /tf, with commas; 'all' for all"),
