@@ -61,6 +61,7 @@ PARAMETERS = {
     ),
     "start_paused": (bool, "wait for ~/pause or ~/step before the first step"),
     "step_count": (int, "steps of one ~/step; 0 = one publish period"),
+    "reset_time": (bool, "~/reset also sets the time of stamps back to 0"),
     "exit_on_error": (bool, "end when the solver gives up, instead of holding the last state"),
     "use_sim_time": (bool, "follow the /clock of another program"),
 }

@@ -202,6 +202,7 @@ TABLE = (
     ),
     Row("start_paused", False, "wait for ~/pause or ~/step before the first step"),
     Row("step_count", 0, "steps of one ~/step; 0 = one publish period", 0, 1000000, live=True),
+    Row("reset_time", False, "~/reset also sets the time of stamps back to 0", live=True),
     Row("exit_on_error", False, "end when the solver gives up, instead of holding the last state"),
 )
 ROWS = {row.name: row for row in TABLE}

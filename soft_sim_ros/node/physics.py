@@ -137,9 +137,26 @@ class Physics:
         """Advance a paused simulation by ``steps``, without waiting for deadlines."""
         return self._ask(lambda: self._single_steps(steps))
 
-    def reset(self) -> Answer:
-        """Go back to the initial state, with safe efforts; time goes on."""
-        return self._ask(self._reset)
+    def reset(self, state: bool = True, time: bool = False, resume: bool = True) -> Answer:
+        """Go back to the initial state with safe efforts, to stamps from 0 on, or to both.
+
+        ``resume`` ends the hold after a divergence, which ends with the state in any case.
+        """
+        return self._ask(lambda: self._reset(state, time, resume))
+
+    def look(self, action: Callable[[], Answer]) -> Answer:
+        """Have something looked at while nothing moves; it must change nothing."""
+        return self._ask(action)
+
+    @property
+    def follows(self) -> bool:
+        """Whether time is that of another program."""
+        return self._follows
+
+    @property
+    def stamp_ns(self) -> int:
+        """Time that messages carry now, ns."""
+        return int(self._telemetry.stamp_ns)
 
     def release(self) -> None:
         """Give a timeout to what lasts without one: its sender has left."""
@@ -301,7 +318,7 @@ class Physics:
             self._emit()
         self._event("pause" if pause else "resume")
         self.pacer.restart(self.simulation.time_ns)
-        return True, f"{'paused' if pause else 'running'} at t = {self.simulation.time:.9g} s"
+        return True, f"{'paused' if pause else 'running'} at t = {self.stamp_ns * 1e-9:.9g} s"
 
     def _single_steps(self, steps: int) -> Answer:
         if self._follows:
@@ -319,14 +336,14 @@ class Physics:
             if time.monotonic() > end:
                 if not self._states.up_to_date:
                     self._emit()
-                made = f"{steps - left} of {steps} steps, now at t = {self.simulation.time:.9g} s"
+                made = f"{steps - left} of {steps} steps, now at t = {self.stamp_ns * 1e-9:.9g} s"
                 return False, f"{made}: more take over {LONGEST_STEPPING:g} s; call ~/step again"
             if not self._advance(min(left, self.grid.steps_from(self.simulation.step_index))):
                 return False, f"the solver gave up {self.diverged}"
             self._emit_on_grid()
         if last % self.grid.publish:
             self._emit()
-        return True, f"{steps} steps, now at t = {self.simulation.time:.9g} s"
+        return True, f"{steps} steps, now at t = {self.stamp_ns * 1e-9:.9g} s"
 
     def _release(self) -> Answer:
         if order := self.inputs.released():
@@ -334,13 +351,20 @@ class Physics:
             self._event(SENDER_LEFT)
         return True, ""
 
-    def _reset(self) -> Answer:
-        was_diverged, self.diverged = self.diverged is not None, None
-        self.inputs.reset()
-        self._event(RESET)
+    def _reset(self, state: bool, time: bool, resume: bool) -> Answer:
+        if time and self._follows:
+            return False, "time belongs to the program that publishes /clock"
+        was_diverged = state and self.diverged is not None
+        if state:
+            self.diverged = None
+            self.inputs.reset()
+            self._event(RESET)
+        if time:
+            self.set_offset(-self.simulation.time_ns)
         self._emit()
-        if was_diverged:
+        if was_diverged and resume:
             self.paused = False
             self._event("resume")
         self.pacer.restart(self.simulation.time_ns)
-        return True, f"initial state at t = {self.simulation.time:.9g} s"
+        what = "initial state" if state else "the same state"
+        return True, f"{what} at t = {self.stamp_ns * 1e-9:.9g} s"

@@ -158,19 +158,33 @@ class Player:
     def _once(self) -> None:
         self._offset_ns = 0
         for time_ns, messages in groupby(self._run.messages(), key=lambda one: one.time_ns):
-            due = [one for one in messages if self._is_due(one)]
-            if not due:
-                continue
-            self._pacer.wait(time_ns, self._stop.is_set)
+            due: list[LoggedMessage] = []
+            for message in messages:
+                before = self._offset_ns
+                wanted = self._is_due(message)
+                if self._offset_ns != before:  # what came before it has the time of before
+                    self._send(due, time_ns, before)
+                    due = []
+                if wanted:
+                    due.append(message)
+            self._send(due, time_ns, self._offset_ns)
             if self._stop.is_set():
                 return
-            for message in due:
-                self._publishers[message.topic].publish(message.data)
-                self.sent[message.topic] += 1
-            if self._clock is not None:
-                self._clock.publish(self._clock_bytes.fill(time_ns + self._offset_ns))
-            if self._pacer.factor == 0.0:
-                time.sleep(_BREATH)
+
+    def _send(self, due: list[LoggedMessage], time_ns: int, offset_ns: int) -> None:
+        """Publish the messages of one instant when it has come, and its time."""
+        if not due:
+            return
+        self._pacer.wait(time_ns, self._stop.is_set)
+        if self._stop.is_set():
+            return
+        for message in due:
+            self._publishers[message.topic].publish(message.data)
+            self.sent[message.topic] += 1
+        if self._clock is not None:
+            self._clock.publish(self._clock_bytes.fill(time_ns + offset_ns))
+        if self._pacer.factor == 0.0:
+            time.sleep(_BREATH)
 
     def _is_due(self, message: LoggedMessage) -> bool:
         """Whether a message is replayed; one that tells of the time is heeded in any case."""

@@ -32,6 +32,7 @@ from soft_sim_ros.node.reading import named, read_settings, run_metadata
 from soft_sim_ros.node.rivals import Rivals
 from soft_sim_ros.node.services import Services
 from soft_sim_ros.node.signals import Signals, Stopped
+from soft_sim_ros.node.standard import standard_services
 from soft_sim_ros.node.start import StartError, asking_ros, start
 from soft_sim_ros.node.summary import summarise, write_summary
 from soft_sim_ros.node.ticks import OtherClocks, Ticks
@@ -173,7 +174,8 @@ class Arm:
             complain=self._complain,
         )
         with asking_ros("cannot offer services"):
-            self.services = Services(node, self.physics, settings.step_count)
+            self.services = Services(node, self.physics, settings.step_count, settings.reset_time)
+            self._standard = standard_services(node, self.physics, settings.frame_id)
         rivals = Rivals(
             node,
             self.publishers.topic_name("backbone"),
@@ -328,6 +330,8 @@ class Arm:
             pacer.factor = value
         elif name == "step_count":
             self.services.step_count = value
+        elif name == "reset_time":
+            self.services.reset_time = value
 
     def _say_ready(self) -> None:
         s, simulation = self.settings, self.simulation
