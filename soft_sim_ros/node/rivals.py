@@ -33,7 +33,8 @@ class Rivals:
         }
         if clock:
             self._advice["/clock"] = (
-                "time jumps for all who follow it; publish_clock:=false for all but one"
+                "time jumps for all who follow it; use_sim_time:=true, or publish_clock:=false, "
+                "for all but one"
             )
         if follows:
             self._advice["/clock"] = "time jumps between them; leave one owner of time"
