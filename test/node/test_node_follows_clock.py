@@ -196,7 +196,7 @@ def test_two_arms_on_one_clock_have_the_same_stamps_whenever_they_joined(tmp_pat
         master.tick_and_wait(10 * MS * k)
     right = simulator(tmp_path, "-r", "__ns:=/right", scene=SCENE, use_sim_time="true")
     other = peer.listen(JointState, "/right/joint_states")
-    wait_for(lambda: master.publisher.get_subscription_count() >= 2, "both arms")
+    master.join(90 * MS, right)
     for k in range(100, 200):
         master.tick(1 * MS * k)
         time.sleep(0.002)

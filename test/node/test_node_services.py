@@ -7,15 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from peer import Program, simulator, wait_for
+from peer import simulator, wait_for
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
-
-from soft_sim_ros.commands.rerun import Rerun
-from soft_sim_ros.recording.reader import read_run
 
 SCENE = Path(__file__).with_name("arm.yaml")
 PERIOD_NS = 10_000_000
@@ -156,37 +153,3 @@ def test_a_step_of_too_many_steps_ends_by_itself_and_says_how_many_it_made(arm, 
     assert 0 < made < 1_000_000
     step_ns = round(1e9 * yaml.safe_load(SCENE.read_text())["numerics"]["step"])
     assert stamp(last(arm)) - before == made * step_ns  # it holds what was said
-
-
-def test_a_reset_with_time_begins_anew_at_0_for_stamps_clock_recording_and_replay(tmp_path, peer):
-    record = tmp_path / "run"
-    program = simulator(tmp_path, scene=SCENE, record=record, reset_time="true")
-    states = peer.listen(JointState, "joint_states", 1000)
-    ticks = peer.listen(Clock, "/clock", 1000)
-    events = peer.listen(String, "soft_arm/events")
-    command = peer.talk(Float64MultiArray, "soft_arm/command")
-    command.publish(Float64MultiArray(data=[0.2, 0.2]))
-    wait_for(lambda: states and stamp(states[-1]) > 200_000_000, "the arm to run")
-    answer = peer.trigger("soft_arm/reset")
-    assert answer.success and answer.message == "initial state at t = 0 s"
-    wait_for(lambda: 100_000_000 < stamp(states[-1]) < 200_000_000, "the time after the reset")
-    stamps = [stamp(message) for message in list(states)]
-    back = next(k for k in range(1, len(stamps)) if stamps[k] < stamps[k - 1])
-    assert (np.diff(stamps)[back:] > 0).all(), stamps
-    assert stamps[back] == 0
-    moments = [t.clock.sec * 1_000_000_000 + t.clock.nanosec for t in list(ticks)]
-    assert sum(b < a for a, b in zip(moments, moments[1:], strict=False)) == 1
-    told = [message.data for message in list(events)]
-    assert told[0] == "reset" and told[1].startswith("time_offset: -")
-    assert program.end() == 0, program.text
-
-    run = read_run(record)
-    assert Rerun(run).compare().identical
-    assert (np.diff(run.joint_states.time_ns) >= 0).all(), "the log's time goes on"
-    ticks.clear(), states.clear()
-    replay = Program(tmp_path, ("-m", "soft_sim_ros"), "replay", str(record), "--rate", "5")
-    assert replay.wait(30.0) == 0, replay.text
-    wait_for(lambda: len(states) == run.counts["/joint_states"], "the replayed states")
-    moments = [t.clock.sec * 1_000_000_000 + t.clock.nanosec for t in list(ticks)]
-    assert {stamp(message) for message in list(states)} <= set(moments)
-    assert sum(b < a for a, b in zip(moments, moments[1:], strict=False)) == 1
