@@ -3,10 +3,9 @@
 from pathlib import Path
 
 import pytest
-from peer import simulator, wait_for
+from peer import Program, simulator, wait_for
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
-from test_node_recordings import replay
 
 from soft_sim_ros.commands.rerun import Rerun
 from soft_sim_ros.node.reading import without_node_name
@@ -42,7 +41,15 @@ def test_topics_carry_the_scenes_name_and_a_replay_the_names_they_were_heard_und
     assert Rerun(run).compare().identical
 
     states.clear()
-    program = replay(tmp_path, tmp_path / "run", "--with-commands", "--rate", "5")
+    program = Program(
+        tmp_path,
+        ("-m", "soft_sim_ros"),
+        "replay",
+        str(tmp_path / "run"),
+        "--with-commands",
+        "--rate",
+        "5",
+    )
     torques = peer.listen(Float64MultiArray, "/cell/torques")
     assert program.wait(30.0) == 0, program.text
     wait_for(lambda: len(states) == run.counts["/joint_states"], "the replayed states")
