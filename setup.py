@@ -114,6 +114,8 @@ setup(
         (f"share/{NAME}/config/sros2", ["config/sros2/policy.xml"]),
         (f"share/{NAME}/viewers", sorted(glob("viewers/*"))),
         (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
+        (f"share/{NAME}/examples", sorted(glob("examples/*.py"))),
+        (f"share/{NAME}/examples/ros2_control", sorted(glob("examples/ros2_control/*"))),
     ],
     python_requires=">=3.10",
     install_requires=REQUIRES,

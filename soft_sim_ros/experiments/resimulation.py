@@ -11,13 +11,15 @@ from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.errors import RecordingError
+from soft_sim_ros.foreign import printable
 from soft_sim_ros.recording.claims import facts, machine
-from soft_sim_ros.recording.decode import stack
+from soft_sim_ros.recording.decode import KNOWN, stack
 from soft_sim_ros.recording.machine import machine_facts
+from soft_sim_ros.recording.offset import OFFSET, offset_of
 from soft_sim_ros.recording.orders import SENDER_LEFT, read_order
 from soft_sim_ros.recording.reader import LoggedMessage, Run
 from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import ALL, INPUTS, resolve
+from soft_sim_ros.recording.topics import ALL, INPUTS, OUTPUTS, resolve
 from soft_sim_ros.scene import Scene, parse_scene
 
 # Facts of the machine on which the last bits of a result may depend.
@@ -110,7 +112,9 @@ class Rerun:
         )
         self._frame_id, node = known.frame_id, known.node
         self._lasting = known.joint_command_hold
-        self._telemetry = Telemetry(self.simulation, known.poses, self._frame_id, node)
+        self._telemetry = Telemetry(
+            self.simulation, known.poses, self._frame_id, node, has_one_label(run)
+        )
         self._builders = {t.name: getattr(self._telemetry, t.key) for t in self._telemetry.topics}
         self.topics = {resolve(name, node): key for key, (name, _, _) in ALL.items()}
 
@@ -142,11 +146,21 @@ class Rerun:
                 elif text == SENDER_LEFT:
                     if order := self._inputs.released():
                         self._inputs.take(order)
+                elif text.startswith(OFFSET):
+                    self._telemetry.offset_ns = self._offset(message, text)
                 elif text.startswith("diverged"):
                     self._inputs.update()  # the step that failed had the inputs of its start
                 elif text.startswith("withdrawn"):
                     self._inputs.update()
                     self._inputs.withdraw()
+
+    def _offset(self, message: LoggedMessage, text: str) -> int:
+        try:
+            return offset_of(text) or 0
+        except ValueError as error:
+            place = f"{message.topic} at t = {message.time_ns / 1e9:.9g} s"
+            reason = f"says {printable(text[:60])!r} on {place}: {error}"
+            raise RecordingError(self._run.path, reason) from error
 
     def _advance_to(self, message: LoggedMessage) -> None:
         steps, rest = divmod(message.time_ns - self.simulation.time_ns, self.simulation.step_ns)
@@ -188,6 +202,15 @@ def recorded_scene(run: Run) -> Scene:
         lacks = ", ".join((["its scene"] if source is None else []) + missing)
         raise RecordingError(run.path, f"cannot be simulated again: it lacks {lacks}")
     return parse_scene(source, f"{run.path}/scene.yaml")
+
+
+def has_one_label(run: Run) -> bool:
+    """Whether the names of the energies are in one label, as they once were."""
+    energy = resolve(OUTPUTS["energy"][0], run.metadata.get("node", ""))
+    for message in run.messages():
+        if message.topic == energy and message.type in KNOWN:
+            return len(stack(message.type, [message.data]).texts) == 1
+    return False
 
 
 def recorded_bounds(run: Run, scene: Scene) -> Bounds:

@@ -13,8 +13,10 @@ from soft_sim_ros.core.accuracy.space_watch import LookedInputs, SpaceInputs
 from soft_sim_ros.core.accuracy.watch import WatchedInputs
 from soft_sim_ros.foreign import one_line
 from soft_sim_ros.node.commands import Gate
+from soft_sim_ros.node.follower import Follower
 from soft_sim_ros.node.physics import Physics
 from soft_sim_ros.node.rivals import Rivals
+from soft_sim_ros.node.ticks import OtherClocks
 
 _BEHIND = 0.95  # of the real-time factor asked for
 
@@ -32,12 +34,22 @@ class Diagnostics:
         Counts the commands.
     rivals : Rivals
         Looks for others of the same name.
+    clocks : OtherClocks
+        Compares the arm's time with that of others.
     hardware_id : str
         Name of the scene.
     """
 
-    def __init__(self, node, physics: Physics, gate: Gate, rivals: Rivals, hardware_id: str):
-        self._physics, self._gate, self._rivals = physics, gate, rivals
+    def __init__(
+        self,
+        node,
+        physics: Physics,
+        gate: Gate,
+        rivals: Rivals,
+        clocks: OtherClocks,
+        hardware_id: str,
+    ):
+        self._physics, self._gate, self._rivals, self._clocks = physics, gate, rivals, clocks
         self._name = f"{node.get_fully_qualified_name().lstrip('/')}: physics"
         self._hardware_id = hardware_id
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -116,7 +128,11 @@ class Diagnostics:
             inputs.catch_up()  # here, where the physics thread does not wait for it
         if isinstance(inputs, SpaceInputs):
             values["error estimate in space (of the length)"] = inputs.space_rel
-        rival = self._rivals.look()
+        doubts = [self._rivals.look(), self._clocks.look()]
+        if isinstance(pacer, Follower):
+            doubts.append(pacer.doubt())
+            values["behind /clock (s)"] = pacer.behind_ns * 1e-9
+        doubt = next(filter(None, doubts), None)
         ok, warn, error = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
         if physics.failure:
             return values, error, physics.failure
@@ -132,8 +148,8 @@ class Diagnostics:
             return values, warn, inputs.told()
         if withdrawn:
             return values, warn, f"the solver gave up {physics.recovery.said}"
-        if rival:
-            return values, warn, rival
+        if doubt:
+            return values, warn, doubt
         if physics.paused:
             return values, ok, "paused"
         if overruns and factor < _BEHIND * pacer.factor:

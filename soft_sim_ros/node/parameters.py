@@ -7,6 +7,7 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import Any
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -19,6 +20,8 @@ from rclpy.parameter import Parameter
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.foreign import shown
 from soft_sim_ros.node.clock import FASTEST, SLOWEST
+
+OWN, LOCK_STEP, RESAMPLED = "own", "lock_step", "resampled"  # whose time, and how it is followed
 
 
 class ParameterError(SoftSimError):
@@ -47,6 +50,7 @@ class Row:
     live: bool = False
     zero: bool = False  # 0 is allowed, too, and means something of its own
     longest: int = 4096  # characters of a text
+    choices: tuple[str, ...] = ()  # the only values of a text
 
     @property
     def type_name(self) -> str:
@@ -81,6 +85,9 @@ class Row:
         if isinstance(value, str) and not (len(value) <= self.longest and value.isprintable()):
             expected = f"at most {self.longest} characters, all printable"
             raise ValueError(f"{self.name} = {shown(value)}: expected {expected}")
+        if self.choices and value not in self.choices:
+            expected = " or ".join(self.choices)
+            raise ValueError(f"{self.name} = {shown(value)}: expected {expected}")
         if self.low is not None and self.high is not None:
             assert isinstance(value, int | float)
             fits = math.isfinite(value) and self.low <= value <= self.high
@@ -94,6 +101,12 @@ class Row:
 
 TABLE = (
     Row("scene", "soft_arm", "scene file, or the name of one in the package's config folder"),
+    Row(
+        "name_from",
+        "node",
+        "what topics and services are called after: node = the node's name, scene = the scene's",
+        choices=("node", "scene"),
+    ),
     Row("record", "", "directory of the recording, new or empty; empty = no recording"),
     Row(
         "real_time_factor",
@@ -156,7 +169,11 @@ TABLE = (
         longest=255,
     ),
     Row("poses", 51, "number of backbone poses, base to tip", 2, 10000),
-    Row("publish_clock", True, "publish /clock: exactly one node of a graph may own time"),
+    Row(
+        "publish_clock",
+        True,
+        "publish /clock: exactly one node of a graph may own time; false with use_sim_time",
+    ),
     Row(
         "clock_rate",
         0.0,
@@ -164,6 +181,13 @@ TABLE = (
         0.1,
         100000.0,
         zero=True,
+    ),
+    Row(
+        "follow_clock",
+        LOCK_STEP,
+        "with use_sim_time, how /clock is followed: lock_step = as soon as it has come, "
+        "resampled = evenly, one tick behind",
+        choices=(LOCK_STEP, RESAMPLED),
     ),
     Row("publish_tf", False, "publish the frames base and tip on /tf (needs tf2_msgs)"),
     Row("tf_frames", "", "joints and rigid bodies also on /tf, with commas; 'all' for all"),
@@ -178,17 +202,24 @@ TABLE = (
     ),
     Row("start_paused", False, "wait for ~/pause or ~/step before the first step"),
     Row("step_count", 0, "steps of one ~/step; 0 = one publish period", 0, 1000000, live=True),
+    Row("reset_time", False, "~/reset also sets the time of stamps back to 0", live=True),
     Row("exit_on_error", False, "end when the solver gives up, instead of holding the last state"),
 )
 ROWS = {row.name: row for row in TABLE}
 # Overrides under these names belong to rclpy itself.
 _RCLPY = ("use_sim_time", "start_type_description_service")
 QOS = "qos_overrides."
+USE_SIM_TIME = "use_sim_time"
 ALIKE = 0.8  # two letters of ten: from here on a name is taken for another one, misspelt
 
 
 class Settings(SimpleNamespace):
-    """Values of all parameters at the start, as attributes."""
+    """Values of all parameters at the start, as attributes.
+
+    ``time`` says whose time it is: OWN, or how that of another is followed.
+    """
+
+    time = OWN
 
 
 def strangers(node, shared: Collection[str]) -> list[str]:
@@ -204,10 +235,11 @@ def _unknown_names(node) -> list[str]:
     ]
 
 
-def declare(node, others: Collection[str] = ()) -> Settings:
+def declare(node, others: Collection[str] = (), shared: Collection[str] = ()) -> Settings:
     """Declare the table on ``node``, give the values; all faults come in one ParameterError.
 
-    ``others`` are parameters of other nodes, which are passed over.
+    ``others`` are parameters of other nodes, which are passed over; ``shared`` are those that only
+    come from entries for nodes of any name.
     """
     overrides = {name: p.value for name, p in node._parameter_overrides.items()}
     unknown = [name for name in _unknown_names(node) if name not in others]
@@ -226,11 +258,32 @@ def declare(node, others: Collection[str] = ()) -> Settings:
         )
     if faults:
         raise ParameterError(faults)
+    values["publish_clock"], time = whose_time(values, overrides, shared)
     # The overrides are in the values already, and as whole numbers rclpy would refuse them.
     for row in TABLE:
         node.declare_parameter(row.name, values[row.name], row.descriptor(), ignore_override=True)
     node.add_pre_set_parameters_callback(_whole_numbers_are_numbers)
-    return Settings(**values)
+    settings = Settings(**values)
+    if time != OWN:
+        settings.time = time
+    return settings
+
+
+def whose_time(
+    values: dict[str, Any], overrides: dict[str, object], shared: Collection[str]
+) -> tuple[bool, str]:
+    """Return whether the node publishes /clock, and OWN or how it follows another's.
+
+    Nobody follows a clock that he publishes: an arm with ``use_sim_time`` follows, unless it is
+    told to publish. Said to all nodes of a stack, ``use_sim_time`` is for those who follow: then
+    the arm is the owner of time, unless it is told not to publish.
+    """
+    told = "publish_clock" in overrides
+    publishes = bool(values["publish_clock"])
+    follows = overrides.get(USE_SIM_TIME) is True
+    if follows and not told and USE_SIM_TIME not in shared:
+        publishes = False
+    return publishes, values["follow_clock"] if follows and not publishes else OWN
 
 
 def on_change(node, apply) -> None:

@@ -14,12 +14,14 @@ from soft_sim_ros.core.simulation.orders import Order
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.events import Events
+from soft_sim_ros.node.follower import Follower
 from soft_sim_ros.node.inbox import Answer, Inbox
 from soft_sim_ros.node.looks import Looks
 from soft_sim_ros.node.outlet import Outlet
 from soft_sim_ros.node.recovery import RESET, Recovery
 from soft_sim_ros.node.states import BEAT, States
 from soft_sim_ros.node.timing import StepCosts
+from soft_sim_ros.recording.offset import offset_event
 from soft_sim_ros.recording.orders import SENDER_LEFT
 
 LONGEST_STEPPING = 2.0  # s of one ~/step: nothing else of the node answers meanwhile
@@ -43,8 +45,8 @@ class Physics:
         Records bytes.
     grid : Grid
         When to publish and to take up orders.
-    pacer : Pacer
-        When in the real world.
+    pacer : Pacer or Follower
+        When in the real world, or on somebody else's clock.
     paused : bool
         Whether to wait for a request before the first step.
     exit_on_error : bool
@@ -60,7 +62,7 @@ class Physics:
         outlet: Outlet,
         log,
         grid: Grid,
-        pacer: Pacer,
+        pacer: Pacer | Follower,
         *,
         paused: bool = False,
         exit_on_error: bool = False,
@@ -74,6 +76,9 @@ class Physics:
         self.last_error: str | None = None
         self.failure: str | None = None
         self.ran_ns = self.running_ns = 0  # simulated and real time while not paused
+        self._telemetry = telemetry
+        self._follows = isinstance(pacer, Follower)
+        self._restamped = False  # the present state has a new stamp, with which it was not sent
         self._states = States(self.simulation, telemetry, outlet, log, grid)
         self._exit_on_error, self._complain = exit_on_error, complain
         self.recovery = Recovery(inputs, complain)
@@ -133,9 +138,26 @@ class Physics:
         """Advance a paused simulation by ``steps``, without waiting for deadlines."""
         return self._ask(lambda: self._single_steps(steps))
 
-    def reset(self) -> Answer:
-        """Go back to the initial state, with safe efforts; time goes on."""
-        return self._ask(self._reset)
+    def reset(self, state: bool = True, time: bool = False, resume: bool = True) -> Answer:
+        """Go back to the initial state with safe efforts, to stamps from 0 on, or to both.
+
+        ``resume`` ends the hold after a divergence, which ends with the state in any case.
+        """
+        return self._ask(lambda: self._reset(state, time, resume))
+
+    def look(self, action: Callable[[], Answer]) -> Answer:
+        """Have something looked at while nothing moves; it must change nothing."""
+        return self._ask(action)
+
+    @property
+    def follows(self) -> bool:
+        """Whether time is that of another program."""
+        return self._follows
+
+    @property
+    def stamp_ns(self) -> int:
+        """Time that messages carry now, ns."""
+        return int(self._telemetry.stamp_ns)
 
     def release(self) -> None:
         """Give a timeout to what lasts without one: its sender has left."""
@@ -157,16 +179,19 @@ class Physics:
             self._complain(f"the physics thread failed:\n{traceback.format_exc()}")
 
     def _run(self) -> None:
+        if isinstance(self.pacer, Follower) and not self._wait_for_clock(self.pacer):
+            return
         self._emit()
         before, counted_ns = time.monotonic_ns(), self.simulation.time_ns
         while not self._stop.is_set():
-            # A state is computed ahead of its time and sent when it is due. A request need not wait
-            # for that, an order does: neither of them lets the next step begin early.
-            due = not self.paused and self.pacer.wait(self.simulation.time_ns, self._interrupted)
+            # A state is computed ahead of its time and sent when it is due, but with somebody
+            # else's clock, where commands between two ticks count from the first of them on. A
+            # request need not wait, an order does: neither lets the next step begin early.
+            due = not self.paused and self.pacer.wait(self._next_ns(), self._interrupted)
             now, time_ns = time.monotonic_ns(), self.simulation.time_ns
             self.running_ns += now - before
             before = now
-            if due:
+            if due and not self._follows:
                 self.ran_ns += time_ns - counted_ns
                 counted_ns = time_ns
                 self._emit_on_grid()
@@ -176,10 +201,37 @@ class Physics:
                 self._inbox.wake.clear()
                 self._states.look_for_latecomers()
                 before, counted_ns = time.monotonic_ns(), self.simulation.time_ns
+            elif due and self._restamped:
+                self._emit()
             elif due:
                 self._advance(self.grid.steps_from(self.simulation.step_index))
+                if self._follows:
+                    self.ran_ns += self.simulation.time_ns - time_ns
+                    self._emit_on_grid()
+            elif self._follows:
+                self._states.look_for_latecomers()
         self._emit_on_grid()  # what was computed last may not have been due yet
         self.looks.at_ledger()
+
+    def _next_ns(self) -> int:
+        """Return the simulated time that has to be due before anything else happens."""
+        ahead = 0
+        if self._follows and not self._restamped:
+            ahead = self.grid.steps_from(self.simulation.step_index)
+        return self.simulation.time_ns + ahead * self.simulation.step_ns
+
+    def _wait_for_clock(self, clock: Follower) -> bool:
+        """Send nothing before there is a time to stamp it with; False if the end came first."""
+        while not clock.join(self.simulation.time_ns, self._interrupted):
+            if self._stop.is_set():
+                return False
+            self._inbox.empty(self._take)
+        return True
+
+    def set_offset(self, offset_ns: int) -> None:
+        """Stamp with simulated time plus this from now on; only for the thread itself."""
+        self._telemetry.offset_ns, self._restamped = offset_ns, True
+        self._event(offset_event(offset_ns))
 
     def _interrupted(self) -> bool:
         return self._inbox.asked.is_set() or self._stop.is_set()
@@ -238,6 +290,7 @@ class Physics:
         self._states.tick()
 
     def _emit(self) -> None:
+        self._restamped = False
         self._states.send()
         if self.log is not None and self.pacer.factor == 0.0:
             self.log.wait_for_room(1.0)  # nobody waits for us, so nothing need be dropped
@@ -253,9 +306,11 @@ class Physics:
             self._emit()
         self._event("pause" if pause else "resume")
         self.pacer.restart(self.simulation.time_ns)
-        return True, f"{'paused' if pause else 'running'} at t = {self.simulation.time:.9g} s"
+        return True, f"{'paused' if pause else 'running'} at t = {self.stamp_ns * 1e-9:.9g} s"
 
     def _single_steps(self, steps: int) -> Answer:
+        if self._follows:
+            return False, "this arm follows /clock: step the program that publishes it"
         if not self.paused:
             return False, "not paused: ~/step advances a paused simulation"
         if self.diverged:
@@ -269,14 +324,14 @@ class Physics:
             if time.monotonic() > end:
                 if not self._states.up_to_date:
                     self._emit()
-                made = f"{steps - left} of {steps} steps, now at t = {self.simulation.time:.9g} s"
+                made = f"{steps - left} of {steps} steps, now at t = {self.stamp_ns * 1e-9:.9g} s"
                 return False, f"{made}: more take over {LONGEST_STEPPING:g} s; call ~/step again"
             if not self._advance(min(left, self.grid.steps_from(self.simulation.step_index))):
                 return False, f"the solver gave up {self.diverged}"
             self._emit_on_grid()
         if last % self.grid.publish:
             self._emit()
-        return True, f"{steps} steps, now at t = {self.simulation.time:.9g} s"
+        return True, f"{steps} steps, now at t = {self.stamp_ns * 1e-9:.9g} s"
 
     def _release(self) -> Answer:
         if order := self.inputs.released():
@@ -284,13 +339,20 @@ class Physics:
             self._event(SENDER_LEFT)
         return True, ""
 
-    def _reset(self) -> Answer:
-        was_diverged, self.diverged = self.diverged is not None, None
-        self.inputs.reset()
-        self._event(RESET)
+    def _reset(self, state: bool, time: bool, resume: bool) -> Answer:
+        if time and self._follows:
+            return False, "time belongs to the program that publishes /clock"
+        was_diverged = state and self.diverged is not None
+        if state:
+            self.diverged = None
+            self.inputs.reset()
+            self._event(RESET)
+        if time:
+            self.set_offset(-self.simulation.time_ns)
         self._emit()
-        if was_diverged:
+        if was_diverged and resume:
             self.paused = False
             self._event("resume")
         self.pacer.restart(self.simulation.time_ns)
-        return True, f"initial state at t = {self.simulation.time:.9g} s"
+        what = "initial state" if state else "the same state"
+        return True, f"{what} at t = {self.stamp_ns * 1e-9:.9g} s"

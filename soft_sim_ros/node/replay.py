@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Container, Iterator
+from collections.abc import Container, Mapping
 from itertools import groupby
 
 import rclpy
@@ -18,21 +17,22 @@ from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock
 
 from soft_sim_ros.errors import RecordingError, SoftSimError
-from soft_sim_ros.foreign import one_line, printable, shown
-from soft_sim_ros.node.clock import FASTEST, SLOWEST, Pacer
+from soft_sim_ros.foreign import one_line, printable
+from soft_sim_ros.node.clock import Pacer
 from soft_sim_ros.node.message_types import installed_type
 from soft_sim_ros.node.quality import qos_profile
+from soft_sim_ros.node.replay_choice import chosen, event_topic, parser
 from soft_sim_ros.node.signals import Signals, Stopped
-from soft_sim_ros.node.start import Parser, asking_ros, start
+from soft_sim_ros.node.start import asking_ros, start
 from soft_sim_ros.recording.cdr import ClockBuffer
 from soft_sim_ros.recording.decode import KNOWN, DecodeError, decode
 from soft_sim_ros.recording.metadata import Channel
+from soft_sim_ros.recording.offset import offset_of
 from soft_sim_ros.recording.reader import LoggedMessage, Run, read_run
-from soft_sim_ros.recording.topics import INPUTS, Qos, resolve
+from soft_sim_ros.recording.topics import STRING, Qos
 
 NAME = "replay"
 _BREATH = 0.001  # s between instants at rate 0: queues are short and subscribers need the time
-_LONGEST = 3600.0  # s of delay
 _LAST_SECOND = 2**31 - 1
 _PATIENCE = 2.0  # s, at the end, with reliable subscribers that have not yet answered
 
@@ -42,11 +42,17 @@ def main(args: list[str] | None = None) -> int:
     args = list(sys.argv[1:] if args is None else args)
     with Signals() as signals:
         try:
-            options = start(_parser(), args)
+            options = start(parser(NAME), args)
             run = read_run(options.directory)
             with asking_ros("cannot start the node"):
                 node = Node(NAME)
-                player = Player(node, run, options.rate, options.with_commands)
+                player = Player(
+                    node,
+                    run,
+                    chosen(run, options, node.get_namespace()),
+                    options.rate,
+                    clock=not (options.no_clock or options.commands_only),
+                )
             signals.when_stopped(player.stop)
             return player.play(options.delay, options.loop)
         except SoftSimError as error:
@@ -68,27 +74,34 @@ class Player:
         Owner of the publishers.
     run : Run
         What is replayed.
+    names : dict
+        Recorded topics that are replayed, with the names that they are given.
     rate : float
         Recorded seconds per second; 0 = as fast as possible.
-    with_commands : bool
-        Whether to republish what had been sent to the arm, too: to an arm, not to a viewer.
+    clock : bool
+        Whether to drive ``/clock``.
     """
 
-    def __init__(self, node: Node, run: Run, rate: float, with_commands: bool):
+    def __init__(
+        self, node: Node, run: Run, names: Mapping[str, str], rate: float, clock: bool = True
+    ):
         self._node, self._run = node, run
         self._pacer = Pacer(rate)
         self._stop = threading.Event()
         self.sent: Counter[str] = Counter()
-        skipped = set() if with_commands else command_topics(run)
         self._publishers: dict[str, Publisher] = {}
         for channel in run.channels:
-            if channel.topic not in skipped and channel.topic not in self._publishers:
-                self._offer(channel)
+            if channel.topic in names and channel.topic not in self._publishers:
+                self._offer(channel, names[channel.topic])
         check(run, self._publishers)
-        self._clock = node.create_publisher(Clock, "/clock", qos_profile(Qos()))
+        self._events = event_topic(run)
+        self._offset_ns = 0  # from the time of the log to the stamps, and to the clock
+        for message in run.messages():
+            self._is_due(message)  # what is wrong is said before anything is sent
+        self._clock = node.create_publisher(Clock, "/clock", qos_profile(Qos())) if clock else None
         self._clock_bytes = ClockBuffer()
 
-    def _offer(self, channel: Channel) -> None:
+    def _offer(self, channel: Channel, topic: str) -> None:
         """Make the publisher of a topic, unless nothing here knows its type."""
         kind, name = installed_type(channel.type), printable(channel.topic)
         if kind is None or channel.encoding != "cdr":
@@ -98,9 +111,9 @@ class Player:
             )
             return
         try:
-            publisher = self._node.create_publisher(kind, channel.topic, qos_profile(channel.qos))
+            publisher = self._node.create_publisher(kind, topic, qos_profile(channel.qos))
         except (ValueError, RuntimeError, InvalidHandle, InvalidTopicNameException) as error:
-            reason = f"has a topic that cannot be published, {name!r}: {error}"
+            reason = f"has a topic that cannot be published, {printable(topic)!r}: {error}"
             raise RecordingError(self._run.path, reason) from error
         self._publishers[channel.topic] = publisher
 
@@ -124,8 +137,10 @@ class Player:
                 break
         elapsed = time.monotonic() - begin
         self._let_them_arrive()
-        for topic in self._publishers:
-            log.info(f"{self.sent[topic]:8d}  {one_line(topic)}")
+        for topic, publisher in self._publishers.items():
+            name = publisher.topic_name
+            now = "" if name == topic else f", as {one_line(name)}"
+            log.info(f"{self.sent[topic]:8d}  {one_line(topic)}{now}")
         stopped = "stopped" if self._stop.is_set() else "done"
         total = sum(self.sent.values())
         log.info(f"{stopped}: {total} messages, {passes} passes, {elapsed:.3f} s")
@@ -141,20 +156,54 @@ class Player:
                 publisher.wait_for_all_acked(Duration(seconds=left))
 
     def _once(self) -> None:
-        for time_ns, messages in self._instants():
-            self._pacer.wait(time_ns, self._stop.is_set)
+        self._offset_ns = 0
+        for time_ns, messages in groupby(self._run.messages(), key=lambda one: one.time_ns):
+            due: list[LoggedMessage] = []
+            for message in messages:
+                before = self._offset_ns
+                wanted = self._is_due(message)
+                if self._offset_ns != before:  # what came before it has the time of before
+                    self._send(due, time_ns, before)
+                    due = []
+                if wanted:
+                    due.append(message)
+            self._send(due, time_ns, self._offset_ns)
             if self._stop.is_set():
                 return
-            for message in messages:
-                self._publishers[message.topic].publish(message.data)
-                self.sent[message.topic] += 1
-            self._clock.publish(self._clock_bytes.fill(time_ns))
-            if self._pacer.factor == 0.0:
-                time.sleep(_BREATH)
 
-    def _instants(self) -> Iterator[tuple[int, Iterator[LoggedMessage]]]:
-        wanted = (m for m in self._run.messages() if m.topic in self._publishers)
-        return groupby(wanted, key=lambda message: message.time_ns)
+    def _send(self, due: list[LoggedMessage], time_ns: int, offset_ns: int) -> None:
+        """Publish the messages of one instant when it has come, and its time."""
+        if not due:
+            return
+        self._pacer.wait(time_ns, self._stop.is_set)
+        if self._stop.is_set():
+            return
+        for message in due:
+            self._publishers[message.topic].publish(message.data)
+            self.sent[message.topic] += 1
+        if self._clock is not None:
+            self._clock.publish(self._clock_bytes.fill(time_ns + offset_ns))
+        if self._pacer.factor == 0.0:
+            time.sleep(_BREATH)
+
+    def _is_due(self, message: LoggedMessage) -> bool:
+        """Whether a message is replayed; one that tells of the time is heeded in any case."""
+        if message.topic == self._events and message.type == STRING:
+            try:
+                self._heed(message)
+            except (DecodeError, ValueError) as error:
+                raise _unfit(self._run, message, error) from error
+        return message.topic in self._publishers
+
+    def _heed(self, message: LoggedMessage) -> None:
+        text = decode(message.type, message.data)
+        offset = offset_of(text) if isinstance(text, str) else None
+        if offset is None:
+            return
+        first = (message.time_ns + offset) * 1e-9
+        if not 0.0 <= first <= _LAST_SECOND - self._run.duration:
+            raise ValueError(f"stamps from {first:.9g} s on are expected within ROS's time")
+        self._offset_ns = offset
 
 
 def check(run: Run, wanted: Container[str]) -> None:
@@ -173,64 +222,9 @@ def check(run: Run, wanted: Container[str]) -> None:
             try:
                 decode(message.type, message.data)
             except DecodeError as error:
-                place = f"{printable(message.topic)} at t = {message.time_ns / 1e9:.9g} s"
-                raise RecordingError(run.path, f"cannot be replayed, {place}: {error}") from error
+                raise _unfit(run, message, error) from error
 
 
-def command_topics(run: Run) -> set[str]:
-    """Names of the recorded topics on which the arm was commanded."""
-    node = run.metadata.get("node")
-    ends = [name.removeprefix("~") for name, _, _ in INPUTS.values()]
-    if node is None:
-        return {c.topic for c in run.channels if any(c.topic.endswith(end) for end in ends)}
-    return {resolve(name, node) for name, _, _ in INPUTS.values()}
-
-
-def _parser() -> Parser:
-    parser = Parser(
-        prog=NAME,
-        description="Republish a recording with its types, quality of service and timing, "
-        "and drive /clock.",
-    )
-    parser.add_argument("directory", help="rosbag2 directory, or one MCAP file")
-    parser.add_argument(
-        "--rate",
-        type=_rate,
-        default=1.0,
-        metavar="R",
-        help="recorded seconds per second; 0 = as fast as possible (default 1)",
-    )
-    parser.add_argument("--loop", action="store_true", help="begin again at the end")
-    parser.add_argument(
-        "--with-commands", action="store_true", help="republish commands and external wrenches too"
-    )
-    parser.add_argument(
-        "--delay",
-        type=_delay,
-        default=2.0,
-        metavar="S",
-        help="seconds left to subscribers for finding the topics (default 2)",
-    )
-    return parser
-
-
-def _rate(text: str) -> float:
-    value = _number(text)
-    if value == 0.0 or SLOWEST <= value <= FASTEST:
-        return value
-    raise argparse.ArgumentTypeError(f"{shown(text)}: expected 0, or {SLOWEST:g} to {FASTEST:g}")
-
-
-def _delay(text: str) -> float:
-    value = _number(text)
-    if 0.0 <= value <= _LONGEST:
-        return value
-    raise argparse.ArgumentTypeError(f"{shown(text)}: expected 0 to {_LONGEST:g} s")
-
-
-def _number(text: str) -> float:
-    """Return the number a text means; one that fits nowhere if it means none."""
-    try:
-        return float(text)
-    except ValueError:
-        return float("nan")
+def _unfit(run: Run, message: LoggedMessage, error: Exception) -> RecordingError:
+    place = f"{printable(message.topic)} at t = {message.time_ns / 1e9:.9g} s"
+    return RecordingError(run.path, f"cannot be replayed, {place}: {error}")

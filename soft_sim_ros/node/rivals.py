@@ -18,9 +18,13 @@ class Rivals:
         Whether this node owns time.
     warn : callable
         Told once, when there is a rival, and again when another one comes after it has left.
+    follows : bool
+        Whether this node follows the clock of another, of which there may be one.
     """
 
-    def __init__(self, node, topic: str, clock: bool, warn: Callable[[str], None]):
+    def __init__(
+        self, node, topic: str, clock: bool, warn: Callable[[str], None], follows: bool = False
+    ):
         name = node.get_fully_qualified_name()
         self._node, self._warn = node, warn
         self._advice = {
@@ -29,8 +33,12 @@ class Rivals:
         }
         if clock:
             self._advice["/clock"] = (
-                "time jumps for all who follow it; publish_clock:=false for all but one"
+                "time jumps for all who follow it; use_sim_time:=true, or publish_clock:=false, "
+                "for all but one"
             )
+        if follows:
+            self._advice["/clock"] = "time jumps between them; leave one owner of time"
+        self._follows = follows
         self._told: dict[str, bool] = {}
 
     def look(self) -> str | None:
@@ -40,6 +48,8 @@ class Rivals:
             others = self._node.count_publishers(topic) - 1
             if others > 0:
                 text = f"{others} other node{'s publish' if others > 1 else ' publishes'} {topic}"
+                if self._follows and topic == "/clock":
+                    text = f"{others + 1} nodes publish {topic}"
                 found = found or text
                 if not self._told.get(topic):
                     self._warn(f"{text}: {advice}")

@@ -19,11 +19,13 @@ class Services:
         Carries them out.
     step_count : int
         Steps of one ``~/step``; 0 = as many as lie between two state messages.
+    reset_time : bool
+        Whether ``~/reset`` also sets the time of stamps back to 0.
     """
 
-    def __init__(self, node, physics: Physics, step_count: int):
+    def __init__(self, node, physics: Physics, step_count: int, reset_time: bool = False):
         self._physics = physics
-        self.step_count = step_count
+        self.step_count, self.reset_time = step_count, reset_time
         self._services = (
             node.create_service(Trigger, "~/reset", self._reset),
             node.create_service(SetBool, "~/pause", self._pause),
@@ -31,7 +33,7 @@ class Services:
         )
 
     def _reset(self, _, response):
-        return _fill(response, self._physics.reset())
+        return _fill(response, self._physics.reset(time=self.reset_time))
 
     def _pause(self, request, response):
         return _fill(response, self._physics.pause(request.data))

@@ -17,23 +17,26 @@ from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.foreign import one_line, shown
 from soft_sim_ros.node.arguments import check_assignments, parser
-from soft_sim_ros.node.clock import Pacer
+from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.diagnostics import Diagnostics
 from soft_sim_ros.node.executor import make_executor
+from soft_sim_ros.node.follower import Follower
 from soft_sim_ros.node.grid import asked_grid
 from soft_sim_ros.node.joint_commands import Senders
-from soft_sim_ros.node.parameters import ParameterError, Settings, on_change
+from soft_sim_ros.node.parameters import OWN, RESAMPLED, ParameterError, Settings, on_change
 from soft_sim_ros.node.physics import Physics
 from soft_sim_ros.node.prepare import simulation_of, warm_up
 from soft_sim_ros.node.publishers import Publishers, message_class
 from soft_sim_ros.node.quality import OVERRIDABLE, qos_profile
-from soft_sim_ros.node.reading import read_settings, run_metadata
+from soft_sim_ros.node.reading import named, read_settings, run_metadata
 from soft_sim_ros.node.rivals import Rivals
 from soft_sim_ros.node.services import Services
 from soft_sim_ros.node.signals import Signals, Stopped
+from soft_sim_ros.node.standard import standard_services
 from soft_sim_ros.node.start import StartError, asking_ros, start
 from soft_sim_ros.node.summary import summarise, write_summary
+from soft_sim_ros.node.ticks import OtherClocks, Ticks
 from soft_sim_ros.node.views import views_of
 from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import Telemetry
@@ -71,9 +74,13 @@ def main(args: list[str] | None = None) -> int:
 def _run(signals: Signals, args: list[str]) -> int:
     with asking_ros("cannot start the node"):
         node = Node(NAME)
+    told_as = node.get_fully_qualified_name()
     log = node.get_logger()
     try:
-        settings = read_settings(node, args)
+        with asking_ros("cannot start the node"):
+            node = named(node, args)
+        log = node.get_logger()
+        settings = read_settings(node, args, told_as)
         scene = load_scene(settings.scene)
         arm = Arm(node, scene, settings, signals.hold)
     except SoftSimError as error:
@@ -154,33 +161,40 @@ class Arm:
             settings.joint_command_hold,
         )
         self.diagnostics: Diagnostics | None = None
+        grid = asked_grid(settings, self.simulation.step_ns, node.get_logger().info)
         self.log = self._open_log((*self.publishers.topics, *inputs), prefix)
         self.physics = Physics(
             self.inputs,
             self.telemetry,
             self.publishers,
             self.log,
-            asked_grid(settings, self.simulation.step_ns, node.get_logger().info),
-            Pacer(settings.real_time_factor),
+            grid,
+            self._pacer(grid),
             paused=settings.start_paused,
             exit_on_error=settings.exit_on_error,
             complain=self._complain,
         )
         with asking_ros("cannot offer services"):
-            self.services = Services(node, self.physics, settings.step_count)
+            self.services = Services(node, self.physics, settings.step_count, settings.reset_time)
+            self._standard = standard_services(node, self.physics, settings.frame_id)
         rivals = Rivals(
             node,
             self.publishers.topic_name("backbone"),
             settings.publish_clock,
             self._warn,
+            settings.time != OWN,
         )
-        self.diagnostics = Diagnostics(node, self.physics, self.gate, rivals, scene.name)
+        clocks = OtherClocks(node, self.telemetry, settings, self._warn)
+        self.diagnostics = Diagnostics(node, self.physics, self.gate, rivals, clocks, scene.name)
         on_change(node, self._change)
 
     # rclpy wants one severity from one place: whoever is handed one of these may have both.
 
     def _warn(self, text: str) -> None:
         self.node.get_logger().warning(text)
+
+    def _inform(self, text: str) -> None:
+        self.node.get_logger().info(text)
 
     def _complain(self, text: str) -> None:
         self.node.get_logger().error(text)
@@ -242,7 +256,12 @@ class Arm:
         return BagWriter(
             self.settings.record,
             topics,
-            metadata=run_metadata(self.settings, prefix) | self.inputs.bounds.facts(),
+            metadata=run_metadata(
+                self.settings,
+                prefix,
+                {one.name: self.node.resolve_topic_name(one.name) for one in topics},
+            )
+            | self.inputs.bounds.facts(),
             attachments={"scene.yaml": scene.source.encode()},
             on_loss=self._lost,
         )
@@ -275,15 +294,34 @@ class Arm:
         self.gate.receive("joint_command", data)
         self._senders.after_order()
 
+    def _pacer(self, grid: Grid) -> Pacer | Follower:
+        settings = self.settings
+        if settings.time == OWN:
+            return Pacer(settings.real_time_factor)
+        follower = Follower(
+            grid.publish * self.simulation.step_ns,
+            settings.time == RESAMPLED,
+            lambda offset_ns: self.physics.set_offset(offset_ns),
+            self._inform,
+            self._warn,
+        )
+        with asking_ros("cannot subscribe"):
+            self._ticks = Ticks(self.node, follower.hear, self._inform, settings.time)
+        return follower
+
     def _change(self, name: str, value) -> None:
-        if name == "real_time_factor":
-            self.physics.pacer.factor = value
+        pacer = self.physics.pacer
+        if name == "real_time_factor" and isinstance(pacer, Pacer):
+            pacer.factor = value
         elif name == "step_count":
             self.services.step_count = value
+        elif name == "reset_time":
+            self.services.reset_time = value
 
     def _say_ready(self) -> None:
         s, simulation = self.settings, self.simulation
         pace = f"{s.real_time_factor:g} x real time" if s.real_time_factor else "as fast as it can"
+        pace = pace if s.time == OWN else f"following /clock in {s.time}"
         self.node.get_logger().info(
             f"ready: scene {shown(simulation.scene.name)}, {simulation.n_coordinates} coordinates, "
             f"actuators {', '.join(simulation.actuator_names) or 'none'}; "

@@ -30,6 +30,7 @@ class States:
 
     def __init__(self, simulation, telemetry, outlet: Outlet, log, grid: Grid):
         self._simulation, self._outlet, self._log, self._grid = simulation, outlet, log, grid
+        self._telemetry = telemetry
         self._builders = [(t.key, getattr(telemetry, t.key)) for t in telemetry.topics]
         self._sent = self._ticked = -1  # index of the step whose state, or time, was sent last
         self._known: dict[str, int] = {}
@@ -60,18 +61,18 @@ class States:
                     self._outlet.send(key, data)
                 if self._log is not None:
                     self._log.write(key, time_ns, data)
-        self._outlet.tick(time_ns)
+        self._outlet.tick(self._telemetry.stamp_ns)
         clock = self._grid.clock
         if not clock or index % clock == 0 or index % self._grid.publish:
             self._ticked = index
-            self._outlet.clock(time_ns)
+            self._outlet.clock(self._telemetry.stamp_ns)
 
     def tick(self) -> None:
         """Send the time alone where the clock has a grid of its own."""
         index, clock = self._simulation.step_index, self._grid.clock
         if clock and index % clock == 0 and index != self._ticked:
             self._ticked = index
-            self._outlet.clock(self._simulation.time_ns)
+            self._outlet.clock(self._telemetry.stamp_ns)
 
     def look_for_latecomers(self) -> None:
         """Send the present state to topics with new listeners; record nothing."""
@@ -89,7 +90,7 @@ class States:
             if key in self._owed:
                 self._outlet.send(key, build())
         if VIEWS & self._owed.keys():
-            self._outlet.tick(self._simulation.time_ns)
+            self._outlet.tick(self._telemetry.stamp_ns)
         if "clock" in self._owed:
-            self._outlet.clock(self._simulation.time_ns)
+            self._outlet.clock(self._telemetry.stamp_ns)
         self._owed = {key: left - 1 for key, left in self._owed.items() if left > 1}

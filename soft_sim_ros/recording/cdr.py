@@ -176,20 +176,23 @@ class JointStateBuffer(Buffer):
 
 
 class Float64MultiArrayBuffer(Buffer):
-    """``std_msgs/Float64MultiArray`` of one dimension; the label is where names can be written.
+    """``std_msgs/Float64MultiArray`` of one dimension, or with a label for every number.
 
     Parameters
     ----------
     count : number of values
-    label : label of the dimension; without one the layout is empty, as most publishers send it
+    label : label of the only dimension, or one for each of the values, in dimensions of one value
+        each; without any the layout is empty, as most publishers send it
     """
 
-    def __init__(self, count: int, label: str = "") -> None:
+    def __init__(self, count: int, label: str | Sequence[str] = ()) -> None:
         layout = Layout()
-        if label:
+        if label and isinstance(label, str):
             layout.unsigned(1).text(label).unsigned(count).unsigned(count)
         else:
-            layout.unsigned(0)
+            layout.unsigned(len(label))
+            for one in label:
+                layout.text(one).unsigned(1).unsigned(1)
         layout.unsigned(0).sequence(count)
         self._message, _, (self._data,) = layout.build()
 

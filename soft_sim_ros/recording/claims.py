@@ -35,6 +35,7 @@ _QUALITIES = {
     "history": ("keep_last", "keep_all"),
 }
 _DEEPEST_QUEUE = 100_000
+REMAPPED = "remapped"  # key of a JSON mapping: a topic's own name → the one it was heard under
 
 
 def words(path: object, name: str, data: bytes) -> str:
@@ -138,6 +139,22 @@ def facts(path: object, metadata: Mapping[str, str]) -> Facts:
         _number(path, metadata, "command_ramp", 0.0, _LONGEST_WAIT),
         metadata.get("joint_command_hold") == "True",  # older recordings have none
     )
+
+
+def remapped(path: object, metadata: Mapping[str, str]) -> dict[str, str]:
+    """Return the topics that were heard under another name than their own, with that name.
+
+    Raises
+    ------
+    RecordingError
+        if it is not a mapping of texts
+    """
+    if REMAPPED not in metadata:
+        return {}
+    found = _json(path, f"says {REMAPPED} that ", metadata[REMAPPED].encode())
+    if not all(isinstance(name, str) for name in found.values()):
+        raise RecordingError(path, f"says {REMAPPED} with names that are no texts")
+    return found
 
 
 def _number(

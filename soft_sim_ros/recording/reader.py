@@ -118,7 +118,9 @@ class Run:
         time_ns, content = self._series("energy")
         if content is None:
             return EnergySeries(time_ns, (), np.empty((0, 0)))
-        names = tuple(content.texts[0].split(",")) if content.texts else ()
+        names = tuple(content.texts)
+        if len(names) == 1:  # recordings of old have them all in one label
+            names = tuple(names[0].split(","))
         values = content.blocks[0]
         if len(names) != values.shape[1]:
             names = tuple(f"energy_{index}" for index in range(values.shape[1]))

@@ -72,21 +72,37 @@ class Telemetry:
     poses : number of backbone poses N, at least 2
     frame_id : frame the poses are given in
     prefix : full name of the node, such as ``/arm1/soft_arm``
+    one_label : whether ``energy`` has its names in one label, as in recordings of old
     """
 
-    def __init__(self, simulation: Observable, poses: int, frame_id: str, prefix: str) -> None:
+    def __init__(
+        self,
+        simulation: Observable,
+        poses: int,
+        frame_id: str,
+        prefix: str,
+        one_label: bool = False,
+    ) -> None:
         if poses < 2:
             raise ValueError(f"poses = {poses}: expected at least 2, the base and the tip")
         self.topics = output_topics(prefix)
+        self.offset_ns = 0  # from simulation time to stamps
         self._simulation = simulation
         self._sampler = simulation.sampler(poses)
         self._backbone = PoseArrayBuffer(frame_id, poses)
         self._tip = PoseStampedBuffer(frame_id)
         self._joints = JointStateBuffer(simulation.actuator_names)
         self._strains = JointStateBuffer(simulation.coordinate_names, effort=False)
-        self._energy = Float64MultiArrayBuffer(len(LEDGER), ",".join(LEDGER))
+        self._energy = Float64MultiArrayBuffer(
+            len(LEDGER), ",".join(LEDGER) if one_label else LEDGER
+        )
         self._posed_for: bytes | None = None
         self._poses: Floats = np.empty((poses, 7))
+
+    @property
+    def stamp_ns(self) -> int:
+        """Time that the messages of the present state carry, ns."""
+        return self._simulation.time_ns + self.offset_ns
 
     def _sample(self) -> Floats:
         """Give the poses (N, 7); the backbone and the tip of one state share one sampling."""
@@ -98,21 +114,20 @@ class Telemetry:
 
     def backbone(self) -> bytes:
         """Poses along the arm, a PoseArray."""
-        return self._backbone.fill(self._simulation.time_ns, self._sample())
+        return self._backbone.fill(self.stamp_ns, self._sample())
 
     def tip_pose(self) -> bytes:
         """Pose of the tip, a PoseStamped."""
-        return self._tip.fill(self._simulation.time_ns, self._sample()[-1])
+        return self._tip.fill(self.stamp_ns, self._sample()[-1])
 
     def joint_states(self) -> bytes:
         """Conjugate position, velocity and effort of every actuator, a JointState."""
-        return self._joints.fill(self._simulation.time_ns, *self._simulation.ports())
+        return self._joints.fill(self.stamp_ns, *self._simulation.ports())
 
     def strain_state(self) -> bytes:
         """Generalised coordinates and their rates, a JointState without efforts."""
-        simulation = self._simulation
-        return self._strains.fill(simulation.time_ns, simulation.q, simulation.v)
+        return self._strains.fill(self.stamp_ns, self._simulation.q, self._simulation.v)
 
     def energy(self) -> bytes:
-        """Energy ledger in J, a Float64MultiArray whose label holds the names."""
+        """Energy ledger in J, a Float64MultiArray with a label for every number."""
         return self._energy.fill(self._simulation.ledger())

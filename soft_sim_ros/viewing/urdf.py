@@ -15,7 +15,7 @@ from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.scene import FlexibleLink, Joint, RigidBody, Rod
-from soft_sim_ros.scene.actuator import Actuator, JointActuator
+from soft_sim_ros.scene.actuator import Actuator, JointActuator, TendonActuator
 from soft_sim_ros.scene.cross_section import Rectangle
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.viewing.frames import BASE, Frames, Spot
@@ -181,7 +181,8 @@ class Urdf:
             Xml.SubElement(hardware, "param", name=name).text = value
         for actuator in self._scene.actuators:
             joint = Xml.SubElement(control, "joint", name=actuator.name)
-            Xml.SubElement(joint, "command_interface", name="effort")
+            wound = isinstance(actuator, TendonActuator) and actuator.control == "length"
+            Xml.SubElement(joint, "command_interface", name="position" if wound else "effort")
             for name in ("position", "velocity", "effort"):
                 Xml.SubElement(joint, "state_interface", name=name)
 

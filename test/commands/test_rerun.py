@@ -1,15 +1,20 @@
 """A re-simulation gives the same bits, and says so only when it is true."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 
 from soft_sim_ros import read_run
+from soft_sim_ros.errors import RecordingError
 from soft_sim_ros.experiments import resimulation as module
 from soft_sim_ros.experiments.resimulation import Rerun
 from soft_sim_ros.recording.cdr import encode_floats, encode_string
-from soft_sim_ros.recording.topics import recorded_topics
+from soft_sim_ros.recording.decode import decode
+from soft_sim_ros.recording.reader import LoggedMessage
+from soft_sim_ros.recording.telemetry import Telemetry
+from soft_sim_ros.recording.topics import FLOATS, STRING, Qos, recorded_topics
 from soft_sim_ros.recording.writer import BagWriter
 
 
@@ -153,3 +158,31 @@ def test_what_is_no_number_is_within_no_tolerance(recording, call, capsys, monke
     monkeypatch.setattr(module, "machine_facts", lambda: here | {"numba": "99.0"})
     assert call("rerun", changed) == 1
     assert "inf  largest difference on /soft_arm/tip_pose" in capsys.readouterr().out
+
+
+def test_a_recording_with_the_energies_names_in_one_label_is_read_and_compared(
+    scene, call, tmp_path, monkeypatch, capsys
+):
+    """As recordings of old have them."""
+    monkeypatch.setattr("soft_sim_ros.batch.rollout.Telemetry", partial(Telemetry, one_label=True))
+    old = tmp_path / "old"
+    assert call("rollout", scene, "--duration", 0.1, "--out", old) == 0
+    monkeypatch.undo()
+    new = tmp_path / "new"
+    assert call("rollout", scene, "--duration", 0.1, "--out", new) == 0
+    one, other = read_run(old), read_run(new)
+    data = [next(m.data for m in run.messages() if "energy" in m.topic) for run in (one, other)]
+    assert len(decode(FLOATS, data[0]).labels) == 1 < len(decode(FLOATS, data[1]).labels)
+    assert one.energy.names == other.energy.names
+    assert np.array_equal(one.energy["kinetic"], other.energy["kinetic"])
+    assert call("rerun", old) == 0 and call("rerun", new) == 0
+
+
+def test_a_time_offset_that_is_none_is_refused_with_its_place(recording):
+    run = read_run(recording)
+    broken = LoggedMessage(
+        0, "/soft_arm/events", STRING, Qos(), encode_string("time_offset: soon ns")
+    )
+    run.messages = lambda: iter([broken])
+    with pytest.raises(RecordingError, match=r"time_offset: soon ns.*expected a whole number"):
+        list(Rerun(run).states())

@@ -3,7 +3,7 @@
 import json
 import signal
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 
 import numpy as np
 import pytest
@@ -178,6 +178,54 @@ def test_with_commands_a_replay_sends_those_too_as_fast_as_asked(tmp_path, recor
     wrench = deserialize_message(expected[0], message_class("geometry_msgs/msg/WrenchStamped"))
     assert wrench.header.frame_id == "plate"
     assert f"done: {sum(run.counts.values())} messages" in program.text
+
+
+@pytest.mark.parametrize(
+    ("options", "topics", "clock"),
+    [
+        (["--no-clock"], {"backbone", "strain_state", "energy", "tip_pose", "events"}, False),
+        (["--topics", "~/backbone", "/joint_states", "~/command"], {"backbone", "command"}, True),
+        (["--commands-only"], {"command", "joint_command", "external_wrench"}, False),
+    ],
+)
+def test_a_replay_sends_what_is_asked_for_and_nothing_else(
+    tmp_path, record, run, peer, options, topics, clock
+):
+    listener = Listener(peer, run)
+    program = replay(tmp_path, record, "--rate", "0", "--delay", "3", *options)
+    assert program.wait(30.0) == 0, program.text
+    names = {f"/soft_arm/{key}" for key in topics}
+    if "--commands-only" not in options:
+        names.add("/joint_states")
+    expected = recorded_by_topic(run)
+    for topic in names:
+        wait_for(lambda t=topic: len(listener.heard[t]) == len(expected[t]), topic)
+    assert {topic for topic, heard in listener.heard.items() if heard} == names
+    assert bool(listener.ticks) == clock
+
+
+def test_a_topic_that_is_not_there_is_refused_with_the_nearest(tmp_path, record):
+    program = replay(tmp_path, record, "--topics", "~/backbon")
+    assert program.wait(30.0) == 2
+    assert "has no topic '~/backbon'; the nearest is /soft_arm/backbone" in program.text
+
+
+def test_a_replay_in_a_namespace_and_under_other_names(tmp_path, record, run, peer):
+    heard = {
+        topic: peer.node.create_subscription(kind, topic, lambda m, t=topic: counts.update([t]), 99)
+        for topic, kind in (
+            ("/left/soft_arm/tip_pose", message_class("geometry_msgs/msg/PoseStamped")),
+            ("/elsewhere", message_class("sensor_msgs/msg/JointState")),
+        )
+    }
+    counts = Counter()
+    rules = ("--ros-args", "-r", "__ns:=/left", "-r", "/left/joint_states:=/elsewhere")
+    program = replay(tmp_path, record, "--rate", "10", *rules)
+    assert program.wait(30.0) == 0, program.text
+    wait_for(lambda: counts["/elsewhere"] == run.counts["/joint_states"], "joint states")
+    assert counts["/left/soft_arm/tip_pose"] == run.counts["/soft_arm/tip_pose"]
+    assert set(counts) == set(heard)
+    assert "/joint_states, as /elsewhere" in program.text
 
 
 def test_a_looping_replay_begins_again_until_it_is_stopped(tmp_path, record, run, peer):

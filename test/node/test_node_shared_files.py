@@ -31,7 +31,7 @@ def read(tmp_path, context):
         )
         shared = shared_names(args, node)
         others = strangers(nodes[-1], shared)
-        settings = declare(nodes[-1], others)
+        settings = declare(nodes[-1], others, shared)
         return settings, others + check_overrides(nodes[-1], PUBLISHED, SUBSCRIBED, shared)
 
     yield read
@@ -102,6 +102,37 @@ def test_a_misspelt_name_of_ours_is_refused_in_a_shared_file_too(read, line, nea
 def test_what_is_said_to_this_node_by_name_must_be_known(read, text, words):
     with pytest.raises(ParameterError, match="unknown parameter 'robot_description'"):
         read(text, *words)
+
+
+@pytest.mark.parametrize(
+    ("text", "words", "publishes", "time"),
+    [
+        (entry("/**", "poses: 9"), (), True, "own"),
+        (entry("/**", "use_sim_time: true"), (), True, "own"),
+        (entry("/**", "use_sim_time: true", "publish_clock: false"), (), False, "lock_step"),
+        (entry("/**", "use_sim_time: true"), ("-p", "use_sim_time:=true"), False, "lock_step"),
+        (entry("soft_arm", "use_sim_time: true"), (), False, "lock_step"),
+        (
+            entry("soft_arm", "use_sim_time: true", "follow_clock: resampled"),
+            (),
+            False,
+            "resampled",
+        ),
+        (entry("soft_arm", "use_sim_time: true", "publish_clock: true"), (), True, "own"),
+        (entry("soft_arm", "publish_clock: false"), (), False, "own"),
+        (entry("soft_arm", "follow_clock: resampled"), (), True, "own"),
+    ],
+)
+def test_who_is_told_to_use_simulated_time_follows_unless_he_publishes_it(
+    read, text, words, publishes, time
+):
+    settings, _ = read(text, *words)
+    assert (settings.publish_clock, settings.time) == (publishes, time)
+
+
+def test_a_way_to_follow_that_there_is_not_is_refused(read):
+    with pytest.raises(ParameterError, match=r"follow_clock.*expected lock_step or resampled"):
+        read(entry("soft_arm", "follow_clock: lockstep"))
 
 
 def test_the_node_starts_with_a_shared_file_and_says_once_what_it_passes_over(tmp_path):

@@ -84,7 +84,8 @@ def test_strain_state_names_every_coordinate(arm, peer):
 
 def test_energy_says_what_its_numbers_are(arm, peer):
     message = some(peer.listen(Float64MultiArray, "soft_arm/energy"))[-1]
-    assert message.layout.dim[0].label.split(",") == list(LEDGER)
+    assert [one.label for one in message.layout.dim] == list(LEDGER), "one for every number"
+    assert {one.size for one in message.layout.dim} == {1}
     assert len(message.data) == len(LEDGER)
     assert np.isfinite(message.data).all()
 

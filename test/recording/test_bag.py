@@ -64,7 +64,7 @@ def test_mcap_ros2_decodes_every_value_with_checksums_validated(record) -> None:
     np.testing.assert_array_equal([m.velocity for m in strains], run.strain_state.velocity)
     energies = [m for _, m in seen["/left/soft_arm/energy"]]
     np.testing.assert_array_equal([m.data for m in energies], run.energy.values)
-    assert energies[0].layout.dim[0].label == ",".join(run.energy.names)
+    assert [one.label for one in energies[0].layout.dim] == list(run.energy.names)
     tips = [m.pose.position for _, m in seen["/left/soft_arm/tip_pose"]]
     np.testing.assert_array_equal([[p.x, p.y, p.z] for p in tips], run.tip_pose.positions)
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 
 from soft_sim_ros.errors import RecordingError
@@ -103,7 +104,10 @@ def test_a_damaged_chunk_costs_only_itself(record, tmp_path: Path) -> None:
     directory, written = record(steps=3000)
     file = directory / "swing_0.mcap"
     data = bytearray(file.read_bytes())
-    middle = len(data) // 2
+    with file.open("rb") as stream:
+        chunks = make_reader(stream).get_summary().chunk_indexes
+    chunk = chunks[len(chunks) // 2]
+    middle = chunk.chunk_start_offset + chunk.chunk_length // 2
     data[middle : middle + 64] = bytes(64)
     file.write_bytes(data)
     with pytest.warns(TornRecordingWarning, match="is damaged and 1 of its parts cannot be read"):

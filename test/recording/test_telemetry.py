@@ -48,7 +48,7 @@ def test_every_message_carries_the_state_at_its_time(arm, telemetry: Telemetry) 
     np.testing.assert_array_equal(strains.velocity, arm.v)
 
     energy = decode(topics.FLOATS, telemetry.energy())
-    assert energy.labels == (",".join(LEDGER),)
+    assert energy.labels == tuple(LEDGER)
     np.testing.assert_array_equal(energy.data, arm.ledger())
 
 
