@@ -35,6 +35,7 @@ if TYPE_CHECKING:  # what type checkers see of what follows
     from soft_sim_ros.core.settled import Simulation as Simulation
     from soft_sim_ros.core.simulation.start import initial_state as initial_state
     from soft_sim_ros.core.simulation.state import SimulationState as SimulationState
+    from soft_sim_ros.core.terms.custom import register_load as register_load
     from soft_sim_ros.errors import CommandError as CommandError
     from soft_sim_ros.errors import OtherModel as OtherModel
     from soft_sim_ros.errors import RecordingError as RecordingError
@@ -69,6 +70,7 @@ _HOMES = {
     "core.compile.scene": ("Compiled", "compile_scene"),
     "core.settled": ("Dynamics", "Simulation"),
     "core.simulation.start": ("initial_state",),
+    "core.terms.custom": ("register_load",),
     "core.simulation.state": ("SimulationState",),
     "core.analysis.statics": ("equilibrium",),
     "errors": (

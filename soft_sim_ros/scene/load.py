@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from soft_sim_ros.scene.actuator import read_arc_length, read_span
 from soft_sim_ros.scene.body import ROUNDING, Body, FlexibleLink, Rod
+from soft_sim_ros.scene.custom_load import CustomLoad, read_law
 from soft_sim_ros.scene.interval import NONNEGATIVE, Interval
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
@@ -76,15 +77,18 @@ class DistributedLoad:
     frame: str
 
 
-Load = PointLoad | DistributedLoad
+Load = PointLoad | DistributedLoad | CustomLoad
 
 
 def read_loads(entries: list[Reader], bodies: tuple[Body, ...]) -> tuple[Load, ...]:
     """Read ``loads``."""
     loads: list[Load] = []
     for reader in entries:
-        kind = reader.one_of(("point", "distributed"))
+        kind = reader.one_of(("point", "distributed", "custom"))
         name = reader.name(kind, taken={load.name for load in loads})
+        if kind == "custom":
+            loads.append(_read_custom(reader, name, bodies))
+            continue
         schedule = _read_schedule(reader.mapping("schedule"))
         read = _read_point if kind == "point" else _read_distributed
         loads.append(read(reader, name, schedule, bodies))
@@ -113,6 +117,22 @@ def _read_distributed(
     rod = rods[reader.reference("body", rods, "rod")]
     start, end = read_span(reader, rod)
     return DistributedLoad(name, schedule, rod.name, start, end, *_read_wrench(reader, rod))
+
+
+def _read_custom(reader: Reader, name: str, bodies: tuple[Body, ...]) -> CustomLoad:
+    reader.only("custom", "law", "parameters", "body", "s", "start", "end")
+    law, parameters = read_law(reader)
+    by_name = {body.name: body for body in bodies}
+    body = by_name[reader.reference("body", by_name, "body")]
+    if not isinstance(body, Rod):
+        for key in ("s", "start", "end"):
+            reader.no_effect(key, f"{body.name} is not a rod")
+        return CustomLoad(name, law, parameters, body.name, 0.0, 0.0)
+    if reader.has("start") or reader.has("end"):
+        reader.no_effect("s", "start and end say where it acts, per length")
+        return CustomLoad(name, law, parameters, body.name, *read_span(reader, body))
+    s = read_arc_length(reader, "s", body, default=body.length)
+    return CustomLoad(name, law, parameters, body.name, s, s)
 
 
 def _elastic(body: Body) -> Rod | None:

@@ -14,10 +14,11 @@ from soft_sim_ros.paths import config_directory
 from soft_sim_ros.scene.actuator import Actuator, read_actuators
 from soft_sim_ros.scene.attachment import Attachment, Forest
 from soft_sim_ros.scene.body import Body, read_bodies
+from soft_sim_ros.scene.custom_load import CustomLoad
 from soft_sim_ros.scene.document import MOST_TEXT, Document
 from soft_sim_ros.scene.edit import with_numbers
 from soft_sim_ros.scene.initial import Initial, read_initial
-from soft_sim_ros.scene.load import Load, read_loads
+from soft_sim_ros.scene.load import DistributedLoad, Load, PointLoad, read_loads
 from soft_sim_ros.scene.material import Material, read_material
 from soft_sim_ros.scene.numerics import Numerics, read_numerics
 from soft_sim_ros.scene.pose import Pose, read_pose
@@ -50,6 +51,11 @@ class Scene:
     numerics: Numerics
     source: str
     file: str
+
+    @property
+    def scheduled_loads(self) -> tuple[PointLoad | DistributedLoad, ...]:
+        """The loads with a wrench and a schedule: all but those with a law of the user's."""
+        return tuple(load for load in self.loads if not isinstance(load, CustomLoad))
 
     @property
     def forest(self) -> Forest:

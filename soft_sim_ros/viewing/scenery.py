@@ -12,7 +12,7 @@ import numpy as np
 from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.scene import Joint, RigidBody
 from soft_sim_ros.scene.actuator import ChamberActuator, TendonActuator
-from soft_sim_ros.scene.load import Load, PointLoad
+from soft_sim_ros.scene.load import DistributedLoad, PointLoad
 from soft_sim_ros.scene.summary import total_mass
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.viewing import shapes
@@ -79,7 +79,7 @@ class Scenery:
         for number, actuator in enumerate(scene.actuators):
             if isinstance(actuator, TendonActuator | ChamberActuator):
                 self._path(number, actuator, first)
-        for number, load in enumerate(scene.loads):
+        for number, load in enumerate(scene.scheduled_loads):
             self._load(number, load)
         for number, part in enumerate((slice(3, 6), slice(0, 3))):
             self._arrow("external_wrench", number, 0, _wrench(part), part.start > 0)
@@ -144,7 +144,7 @@ class Scenery:
         here, full = slice(begin, len(self._fixed)), self._efforts[number] or 1.0
         self.parts.append(Line(shape, here, Shade(number, full)))
 
-    def _load(self, number: int, load: Load) -> None:
+    def _load(self, number: int, load: PointLoad | DistributedLoad) -> None:
         if isinstance(load, PointLoad):
             places = [load.s]
         else:
@@ -176,7 +176,7 @@ def _wrench(part: slice) -> Vector:
     return now
 
 
-def _scheduled(load: Load, vector: Floats, at: int) -> Vector:
+def _scheduled(load: PointLoad | DistributedLoad, vector: Floats, at: int) -> Vector:
     def now(state: State) -> Floats:
         acting = load.schedule.factor(state.time) * vector
         return state.turns[at] @ acting if load.frame == "body" else acting

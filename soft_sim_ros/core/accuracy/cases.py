@@ -43,7 +43,7 @@ def cases(dynamics: Dynamics) -> list[Forcing]:
     scene = dynamics.compiled.scene
     safe = np.array([actuator.safe for actuator in scene.actuators], dtype=float)
     times = [0.0]
-    for load in scene.loads:
+    for load in scene.scheduled_loads:
         begin, end = load.schedule.start + load.schedule.ramp, load.schedule.end
         times.append(begin if np.isinf(end) else max(begin, 0.5 * (begin + end)))
     times = sorted(set(times))[-TIMES:]

@@ -84,7 +84,7 @@ def one_load(
         if the scene has no such load, or its schedule leaves nothing of it at ``time``.
     """
     loads = dynamics.compiled.loads
-    index = _index(name, [load.name for load in dynamics.compiled.scene.loads], "load")
+    index = _index(name, [load.name for load in dynamics.compiled.scene.scheduled_loads], "load")
     begin, end = loads.ptr[index], loads.ptr[index + 1]
     begins, ends, ramp = (float(x) for x in loads.schedule[index])
     factor = schedule_factor(begins, ends, ramp, time)

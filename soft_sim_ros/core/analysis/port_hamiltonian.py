@@ -14,7 +14,12 @@ from scipy.linalg import cho_factor, cho_solve
 from soft_sim_ros.core.arguments import vector
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.mechanics.history import refuse_branches, refuse_driven, refuse_tendons
+from soft_sim_ros.core.mechanics.history import (
+    refuse_branches,
+    refuse_custom,
+    refuse_driven,
+    refuse_tendons,
+)
 from soft_sim_ros.scene import Scene
 
 FORM = "the port-Hamiltonian form"
@@ -40,6 +45,7 @@ class PortHamiltonian:
         self.n = self.dynamics.n
         refuse_branches(self.dynamics.compiled.scene, FORM)
         refuse_driven(self.dynamics.compiled.scene, FORM)
+        refuse_custom(self.dynamics.compiled.scene, FORM)
         refuse_tendons(self.dynamics.compiled.scene, FORM)
         self._zero = np.zeros(self.n)
 

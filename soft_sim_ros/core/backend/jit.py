@@ -163,6 +163,20 @@ def call_step(context, where, problem, t, h):
 
 
 @_intrinsic
+def call_wrench(context, where, p, rotation, position, omega, velocity, time, moment, force):
+    """Call the law of a load by address (terms/custom.py)."""
+    given = (p, rotation, position, omega, velocity, time, moment, force)
+    return _call(numba.types.none, where, given)
+
+
+@_intrinsic
+def call_slopes(context, where, p, rotation, position, omega, velocity, time, by_pose, by_twist):
+    """Call the derivatives of the law of a load by address (terms/custom.py)."""
+    given = (p, rotation, position, omega, velocity, time, by_pose, by_twist)
+    return _call(numba.types.none, where, given)
+
+
+@_intrinsic
 def call_uphold(context, where, model, data, work, h, q, v):
     """Call uphold(model, data, work, h, q, v) by address."""
     return _call(numba.types.boolean, where, (model, data, work, h, q, v))

@@ -21,13 +21,14 @@ import numpy as np
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.segments import Block, Segment
 from soft_sim_ros.core.quadrature import lobatto
-from soft_sim_ros.scene import FlexibleLink, Load, PointLoad, Rod
+from soft_sim_ros.scene import DistributedLoad, FlexibleLink, PointLoad, Rod
 
 from .chain import Chain
 from .link_map import LinkMap
 from .link_modes import modes_of
 from .moments import concentrated
 
+Load = PointLoad | DistributedLoad
 # Gauss–Lobatto points in every section, at which the integrals over modes are taken.
 POINTS = 40
 

@@ -8,9 +8,9 @@ from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.model import Loads
 from soft_sim_ros.core.model.packing import floats, ints
 from soft_sim_ros.core.quadrature import lobatto
-from soft_sim_ros.scene import Load, PointLoad, Scene
+from soft_sim_ros.scene import DistributedLoad, PointLoad, Scene
 
-from .chain import Chain
+from .chain import Chain, RodMap
 from .drives import courses, flat_drives
 
 
@@ -19,7 +19,8 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
     nodes: list[int] = []
     wrenches: list[Floats] = []
     ptr = [0]
-    for load in scene.loads:
+    loads = scene.scheduled_loads
+    for load in loads:
         wrench = np.concatenate([load.moment, load.force])
         if load.frame == "world":
             wrench = np.concatenate([rotation.T @ load.moment, rotation.T @ load.force])
@@ -27,23 +28,23 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
             nodes.append(node)
             wrenches.append(share * wrench)
         ptr.append(len(nodes))
-    times = {t for load in scene.loads for t in load.schedule.switch_times}
+    times = {t for load in loads for t in load.schedule.switch_times}
     times |= {t for course in courses(scene) for t in course.switches}
     switches = sorted(times)
     return Loads(
         ptr=ints(ptr),
         node=ints(nodes),
         wrench=floats(wrenches).reshape(-1, 6),
-        follows=ints([load.frame == "body" for load in scene.loads]),
+        follows=ints([load.frame == "body" for load in loads]),
         schedule=floats(
-            [(x.schedule.start, x.schedule.end, x.schedule.ramp) for x in scene.loads]
+            [(x.schedule.start, x.schedule.end, x.schedule.ramp) for x in loads]
         ).reshape(-1, 3),
         switches=floats(switches),
         drives=flat_drives(scene, chain),
     )
 
 
-def _shares(chain: Chain, load: Load) -> list[tuple[int, float]]:
+def _shares(chain: Chain, load: PointLoad | DistributedLoad) -> list[tuple[int, float]]:
     """Return the nodes on which a load acts and the share of each: 1, or a length in m.
 
     Gauss–Lobatto weights of the elements that a distributed load covers.
@@ -53,11 +54,16 @@ def _shares(chain: Chain, load: Load) -> list[tuple[int, float]]:
     if isinstance(load, PointLoad):
         rod_map = chain.rods.get(load.body)
         return [(chain.node_at(rod_map, load.s) if rod_map else chain.frames[load.body], 1.0)]
+    return shares_along(chain.rods[load.body], load.start, load.end)
+
+
+def shares_along(rod_map: RodMap, start: float, end: float) -> list[tuple[int, float]]:
+    """Return the nodes of a rod between two arc lengths in m, and the length in m of each."""
     shares = []
-    for element in chain.rods[load.body].elements:
-        begin, end = element.span
+    for element in rod_map.elements:
+        begin, stop = element.span
         _, weights = lobatto(element.nodes)
-        if load.start < 0.5 * (begin + end) < load.end:
+        if start < 0.5 * (begin + stop) < end:
             for i, weight in enumerate(weights):
-                shares.append((element.first_segment + i, (end - begin) * weight))
+                shares.append((element.first_segment + i, (stop - begin) * weight))
     return shares

@@ -28,8 +28,10 @@ from soft_sim_ros.scene import (
     Rod,
     Scene,
 )
+from soft_sim_ros.scene.custom_load import CustomLoad
 
 from .chain import Branch, Chain
+from .custom import flat_custom
 from .drives import refuse_undriven
 from .fingerprint import fingerprint, sums
 from .link import append_link
@@ -181,6 +183,8 @@ def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
     for load in scene.loads:
         if isinstance(load, PointLoad):
             cuts[load.body].add(load.s)
+        elif isinstance(load, CustomLoad) and load.start == load.end:
+            cuts[load.body].add(load.start)
         else:
             cuts[load.body] |= {load.start, load.end}
     for actuator in scene.actuators:
@@ -205,7 +209,9 @@ def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
             chain.rod(body, basis, all_cuts, turning[body.name], own)
             _check_nodes(scene, chain, body)
         elif isinstance(body, FlexibleLink):
-            append_link(chain, body, [load for load in scene.loads if load.body == body.name])
+            append_link(
+                chain, body, [load for load in scene.scheduled_loads if load.body == body.name]
+            )
         elif isinstance(body, Joint):
             chain.joint(body)
         elif isinstance(body, RigidBody):
@@ -269,6 +275,7 @@ def _flatten(scene: Scene, chain: Chain) -> Model:
         **(_of_materials(chain, seg_block) | flat_ports(scene, chain)),
         chart=ints(chain.charts),
         free=ints(chain.carried).reshape(-1, 3),
+        custom=flat_custom(scene, chain),
         driven=ints(chain.driven).reshape(-1, 2),
         space=Spatial(),
     )

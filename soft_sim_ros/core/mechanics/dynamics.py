@@ -126,6 +126,7 @@ class Dynamics(Equations):
         """Return g(q) = ∂V_gravity/∂q (n,): Dynamics of Soft Robots (1.34)."""
         data = self.forcing()
         data.active[:] = 0
+        data.now[1] = 0.0  # no custom loads
         data.effort[self.model.length_control[:, 0] != 0.0] = -np.inf  # slack
         return self.residual(q, self._zero, self._zero, data) - self.elastic_force(q)
 

@@ -26,7 +26,7 @@ from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.tendon import Routed
 
 from .dynamics import Dynamics
-from .history import materials, refuse_branches, refuse_tendons
+from .history import materials, refuse_branches, refuse_custom, refuse_tendons
 
 FORM = "the field equations"
 
@@ -280,6 +280,7 @@ def _check(scene: Scene) -> None:
     """Refuse scenes whose Λ is not a function of ξ, ξ̇ and efforts only."""
     refuse_branches(scene, FORM)
     refuse_tendons(scene, FORM)
+    refuse_custom(scene, FORM)
     for material in materials(scene):
         if material.law is not None:
             value = type(material.law).__name__

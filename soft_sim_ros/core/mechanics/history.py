@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import Joint, Material, Rod, Scene, TendonActuator
+from soft_sim_ros.scene.custom_load import CustomLoad
 
 
 def materials(scene: Scene) -> Iterator[Material]:
@@ -30,6 +31,13 @@ def refuse_driven(scene: Scene, form: str) -> None:
         if isinstance(body, Joint) and body.driven:
             key, expected = f"bodies.{body.name}.driven", f"no such key in {form}"
             raise SceneError(scene.file, key, "(a motion)", expected)
+
+
+def refuse_custom(scene: Scene, form: str) -> None:
+    """Refuse loads by laws of the user's."""
+    for i, load in enumerate(scene.loads):
+        if isinstance(load, CustomLoad):
+            raise SceneError(scene.file, f"loads[{i}].custom", load.name, f"no such key in {form}")
 
 
 def refuse_tendons(scene: Scene, form: str) -> None:

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_sim_ros.core.algebra.motion_space import PlaneXY, PlaneXZ, Space, Spatial
+from soft_sim_ros.core.backend.laws import addresses
 from soft_sim_ros.core.backend.structs import struct
 from soft_sim_ros.core.floats import Floats, Ints
 
@@ -38,6 +39,18 @@ class Fibres(NamedTuple):
     points: Floats  # (F, 4) y, z in m, volume in m³, (γ/K_x)² in m²
     laws: Floats  # (L, 9) stretches from … to, c10, c01, c20, c30, G in Pa, knots from … to
     knots: Floats  # (N, 6) stretch, energy in J/m³ there, stress as a cubic from there on
+
+
+@struct
+class Custom(NamedTuple):
+    """Loads by laws of the user's, on P nodes, in the order of the nodes."""
+
+    ptr: Ints  # (S + 2,) laws on a node; (0,) without any
+    node: Ints  # (P,)
+    share: Floats  # (P,) 1, or a length in m
+    key: Ints  # (P,) which law (terms/custom.py)
+    parameters: Floats  # (P, K)
+    base: Floats  # (12,) the base frame in the world: rotation by rows, position in m
 
 
 @struct
@@ -94,6 +107,7 @@ class Model(NamedTuple):
     # (F, 3) of every free joint the segment that turns it (the one before shifts), its first
     # coordinate, and the node after the last that it carries
     free: Ints
+    custom: Custom
     driven: Ints  # (D, 2) coordinates that are told what to do, and their blocks
     space: Space = Spatial()
 
@@ -110,6 +124,8 @@ def in_its_plane(model: Model) -> Model:
     too, no load and no effort moves a node out of the plane: the section carries such loads as
     reactions. The wrench in ``Data`` then lacks these reactions.
     """
+    if len(model.custom.node):  # nobody knows where these push
+        return model
     for space in (PlaneXY(), PlaneXZ()):
         out = [c for c in range(6) if c not in space.components]
         if not np.isin(model.entry_comp, out).any() and not model.xi0[:, :, out].any():
@@ -138,6 +154,9 @@ class Data(NamedTuple):
     follower: Floats  # (S + 1, 6) moment and force fixed in the section
     active: Ints  # (2,) flags: any dead wrench, any follower wrench; kernels skip absent ones
     effort: Floats  # (A,) N·m, N or Pa; m pulled in of a tendon whose length is commanded
+    now: Floats  # (2,) time in s, and the share of all loads that acts
+    laws: Ints  # (P, 2) addresses of the laws of custom loads, and of their derivatives
+    custom_power: Floats  # (P,) W at the last sweep
     station: Floats  # (P, 2, 4) along tendons with friction (terms/friction.py)
     section: Floats  # (P, 4) K − K₀ and stretch at the stations of hyperelastic sections
     # (D, 4) of driven coordinates q, q̇, q̈ that they are told, and the force that it takes, N·m or N
@@ -166,6 +185,9 @@ def new_data(model: Model) -> Data:
         follower=np.zeros((nodes, 6)),
         active=np.zeros(2, dtype=np.int64),
         effort=np.zeros(actuators),
+        now=np.array([0.0, 1.0]),
+        laws=addresses(model.custom.key),
+        custom_power=np.zeros(len(model.custom.node)),
         station=np.zeros((len(model.tendon_seg) if model.friction.any() else 0, 2, 4)),
         section=np.zeros((len(model.fibres.block), 4)),
         driven=np.zeros((len(model.driven), 4)),

@@ -28,6 +28,7 @@ from soft_sim_ros.core.algebra.simd import WIDTH, fused, keep_one, lane, lanes_f
 from soft_sim_ros.core.algebra.spaces import polar_of, rotation_of, size_of, wrench_of
 from soft_sim_ros.core.backend.jit import algebra, kernel, unit
 from soft_sim_ros.core.terms.actuators import actuator_tangent
+from soft_sim_ros.core.terms.custom import custom_matrices
 from soft_sim_ros.core.terms.fibres import fibre_tangent
 
 from .columns import local_stiffness, pose_derivatives, segment_stumpff
@@ -82,6 +83,10 @@ def four_segments(model, data, alpha, k, count, pieces):
     rows, beyond = lanes_from(k, count), lanes_from(k + 1, count + 1)
     here = lanes_from(0, count - k)
     node_matrices(model, data, beyond, nodes, here)
+    if len(model.custom.node) > 0:
+        for i in range(min(WIDTH, count - k)):
+            if model.custom.ptr[k + i + 2] > model.custom.ptr[k + i + 1]:
+                custom_matrices(model, data, k + i + 1, nodes[i])
     if model.entry_ptr[min(k + WIDTH, count)] > model.entry_ptr[k]:
         c = segment_stumpff(model, data, rows, series)
         pose_derivatives(model, data, rows, beyond, c, columns, here)

@@ -3,6 +3,7 @@
 from soft_sim_ros.core.backend.jit import bare, kernel, unit
 
 from .actuators import actuator_loss
+from .custom import custom_power
 from .driven import drive_power, known_motions
 from .mass_damping import mass_damping_power
 from .maxwell import branch_power
@@ -61,6 +62,7 @@ def apply_loads(loads, tip, tip_follows, t, share, data):
     Share times the scheduled loads and the tip wrench (6,).
     """
     tip = bare(tip)
+    data.now[0], data.now[1] = t, share
     count = len(loads.follows)
     last = data.dead.shape[0] - 1
     acting = False
@@ -93,7 +95,7 @@ def apply_loads(loads, tip, tip_follows, t, share, data):
 @kernel
 def load_power(model, data):
     """Return the power in W of all node wrenches but weight, and of drives, at the last sweep."""
-    total = drive_power(data)
+    total = drive_power(data) + custom_power(data)
     if data.active[0] == 0 and data.active[1] == 0:
         return total
     for k in range(data.dead.shape[0]):
