@@ -7,7 +7,7 @@ from peer import simulator
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
-from soft_sim_ros.commands.rerun import Rerun
+from soft_sim_ros.experiments.resimulation import Rerun
 from soft_sim_ros.recording.reader import read_run
 
 SCENE = Path(__file__).with_name("arm.yaml")

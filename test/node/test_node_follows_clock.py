@@ -12,7 +12,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 
-from soft_sim_ros.commands.rerun import Rerun
+from soft_sim_ros.experiments.resimulation import Rerun
 from soft_sim_ros.recording.reader import read_run
 
 SCENE = Path(__file__).with_name("arm.yaml")

@@ -7,7 +7,7 @@ from peer import Program, simulator, wait_for
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
-from soft_sim_ros.commands.rerun import Rerun
+from soft_sim_ros.experiments.resimulation import Rerun
 from soft_sim_ros.node.reading import without_node_name
 from soft_sim_ros.recording.reader import read_run
 
