@@ -1,9 +1,8 @@
 """A forest against other formulations: absolute coordinates, another frame, two scenes."""
 
 import numpy as np
-import pytest
 from absolute import Absolute
-from forests import forest_document, place, rod, scene_of
+from forests import EFFORTS, forest_document, place, rod, scene_of, tree_document
 from scenes import random_state
 from scipy.spatial.transform import Rotation
 
@@ -84,8 +83,9 @@ def rigid_tree():
         if axis is not None:
             joint |= {"axis": axis, "stiffness": STIFF, "damping": DAMPED}
             motors.append({"joint_torque": f"turn_{name}", "joint": f"to_{name}"})
-        bodies += [joint, {"rigid_body": name, "parent": f"to_{name}", "mass": mass,
-                           "inertia": inertia, "com": {"position": com, "rpy": [0.3, 0, 0.5]}}]  # fmt: skip
+        centre = {"position": com, "rpy": [0.3, 0, 0.5]}
+        body = {"rigid_body": name, "mass": mass, "inertia": inertia, "com": centre}
+        bodies += [joint, body | {"parent": f"to_{name}"}]
     loads = [
         {"point": "push", "body": "ball", "force": PUSH.tolist()},
         {"point": "turn", "body": "thumb", "moment": TURN.tolist(), "frame": "body"},
@@ -145,7 +145,9 @@ SLACK = {"soft": {"young_modulus": 1e6, "poisson_ratio": 0.5, "density": 1e3, "v
 def flexible_tree():
     bodies = [{"joint": "swing", "kind": "revolute", "axis": AXIS, "stiffness": STIFF}]
     for name, (parent, s, offset) in HELD.items():
-        bodies.append(rod(name, RODS[name], "swing" if name == "stem" else place(parent, s, **offset)))
+        bodies.append(
+            rod(name, RODS[name], "swing" if name == "stem" else place(parent, s, **offset))
+        )
     bodies += [
         {"rigid_body": "ring", "parent": place("stem", 0.2), **RING},
         {"joint": "wrist", "kind": "spherical", "parent": "finger"},
@@ -244,3 +246,47 @@ def test_a_flexible_tree_accelerates_as_in_absolute_coordinates():
             expected = np.concatenate(seen.motion(dynamics.compiled.node_of(name))[2:])
             both = np.concatenate(world.of(frame, found))
             np.testing.assert_allclose(both, expected, atol=1e-9 * np.linalg.norm(expected))
+
+
+def turned(document, by):
+    """The same scene in a world that is moved by a pose (4, 4): base, gravity, dead loads."""
+    turn = by[:3, :3]
+    moved = by @ matrix(**document["base"])
+    rpy = Rotation.from_matrix(moved[:3, :3]).as_euler("xyz")
+    loads = [
+        load | {key: turn @ load[key] for key in ("force", "moment") if key in load}
+        if load.get("frame") != "body"
+        else load
+        for load in document["loads"]
+    ]
+    return document | {
+        "base": {"position": moved[:3, 3], "rpy": rpy},
+        "gravity": turn @ document["gravity"],
+        "loads": loads,
+    }
+
+
+def test_a_forest_moves_alike_wherever_the_world_is_seen_from():
+    """Base, gravity and dead loads turned and moved; with a driven and a free root, too."""
+    document = tree_document(base=BASE)
+    document["bodies"] += [
+        {"joint": "carried", "kind": "free", "driven": {"x": "0.1*sin(9*t)", "rz": "2*t**2"},
+         "parent": "base", "offset": {"position": [0.1, -0.5, 0.0], "rpy": [0.0, 0.3, 1.0]}},
+        rod("antenna", 0.2),
+        {"joint": "flying", "kind": "free", "parent": "base",
+         "offset": {"position": [0.0, -1.0, 0.2], "rpy": [1.0, 0.2, -0.4]}},
+        rod("stick", 0.2),
+    ]  # fmt: skip
+    document["initial"] = {"velocities": {"flying": [1.0, -2.0, 3.0, 0.5, 0.2, 0.1]}}
+    by = matrix([3.0, -2.0, 0.5], [2.0, -0.8, 0.7])
+    runs = [Simulation(scene_of(each)) for each in (document, turned(document, by))]
+    for simulation in runs:
+        simulation.set_efforts(EFFORTS)
+        simulation.advance(150)
+    one, other = runs
+    weight = one.model.weight
+    assert np.abs(one.q * weight).max() > 0.4
+    np.testing.assert_allclose(other.q * weight, one.q * weight, atol=1e-9)
+    np.testing.assert_allclose(other.v * weight, one.v * weight, atol=1e-7)
+    seen = [simulation.dynamics.node_poses(simulation.q) for simulation in runs]
+    np.testing.assert_allclose(seen[1], by @ seen[0], atol=1e-9)
