@@ -63,7 +63,7 @@ SHOTS = {
         {"branch_bend_y": 0.3, "branch_bend_z": 0.3, "hinge_motor": 0.5},
         (12.0, -35.0),
     ),
-    "mobile_arm": Shot((0.0, 1.0, 2.0), {"pull_120": 10.0}, (24.0, -70.0)),
+    "mobile_arm": Shot((0.0, 0.7, 1.4), {"pull_120": 6.0}, (24.0, -70.0)),
 }  # fmt: skip
 
 
@@ -183,7 +183,7 @@ def picture(shot: Shot, faces: Array, colours: Array, drawn: tuple[list, list, l
     low, high = middle - half, middle + half
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
-    axes.set_box_aspect(high - low, zoom=0.88)
+    axes.set_box_aspect(high - low, zoom=0.82)
     axes.view_init(elev=shot.view[0], azim=shot.view[1])
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((1, 1, 1, 0))
