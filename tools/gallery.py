@@ -63,7 +63,7 @@ SHOTS = {
         {"branch_bend_y": 0.3, "branch_bend_z": 0.3, "hinge_motor": 0.5},
         (12.0, -35.0),
     ),
-    "mobile_arm": Shot((0.0, 0.7, 1.4), {"pull_120": 6.0}, (24.0, -70.0)),
+    "mobile_arm": Shot((0.0, 1.0, 2.1), {"pull_120": 6.0}, (24.0, -70.0)),
 }  # fmt: skip
 
 
