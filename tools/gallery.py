@@ -15,6 +15,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
@@ -188,7 +189,7 @@ def picture(shot: Shot, faces: Array, colours: Array, drawn: tuple[list, list, l
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((1, 1, 1, 0))
         axis._axinfo["grid"].update(color=FAINT, linewidth=0.6)  # no public way to set it
-        axis.set_major_locator(matplotlib.ticker.MaxNLocator(4))
+        axis.set_major_locator(MaxNLocator(4))
         axis.label.set_color(INK)
     return figure
 
