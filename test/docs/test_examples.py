@@ -10,7 +10,15 @@ import pytest
 from soft_sim_ros.__main__ import main
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = ("state", "statics", "linearisation", "inverse_kinematics", "identification", "accuracy")
+PAGES = (
+    "forest",
+    "state",
+    "statics",
+    "linearisation",
+    "inverse_kinematics",
+    "identification",
+    "accuracy",
+)
 RUN = "ros2 run soft_sim_ros "
 
 
