@@ -15,6 +15,8 @@ DOCS ?= .venv-docs
 
 # Everything stays on this machine unless the caller says otherwise.
 export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
+# Matrices are small: more threads of BLAS only wait for each other, and workers share the cores.
+export OPENBLAS_NUM_THREADS ?= 1
 # A guard of ROS wheels in another environment would keep those of this one from starting up.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
