@@ -20,7 +20,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 # A guard of ROS wheels in another environment would keep those of this one from starting up.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: help run test check test-oldest env env-test warm warm-tests lint format bench validate contract stress skip guard realtime docs docs-links clean
+.PHONY: help gallery run test check test-oldest env env-test warm warm-tests lint format bench validate contract stress skip guard realtime docs docs-links clean
 
 help:
 	@echo "make run     simulate, drive, record and replay the default arm: see runs/latest"
@@ -33,6 +33,7 @@ help:
 	@echo "make realtime  times real time, and the node's share of a core"
 	@echo "make guard   whether steps cost more than they did: a minute"
 	@echo "make docs    the documentation site, in build/docs; make docs-links asks other servers"
+	@echo "make gallery the pictures of docs/forest.md, made again"
 	@echo "make env     only the environment, in $(VENV)"
 	@echo "make lint    linter and type checker; make format rewrites the sources"
 	@echo "make clean   remove what was built, but not runs/"
@@ -82,6 +83,9 @@ test-oldest:
 		test/papers/test_b3_floating_frame.py
 
 # make bench CASES="heavy_arm chirp" PROGRAMS="soft_sim_ros"   a part; see docs/benchmarks.md
+gallery: warm
+	@$(IN_ENV) tools/gallery.py
+
 bench: warm
 	@$(IN_ENV) -m benchmarks $(if $(CASES),--cases $(CASES)) $(if $(PROGRAMS),--programs $(PROGRAMS))
 
