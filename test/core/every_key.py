@@ -24,6 +24,34 @@ def rod(name: str, *strains: str, **section: Any) -> dict[str, Any]:
 
 
 DOCUMENTS: dict[str, dict[str, Any]] = {}
+DOCUMENTS["carried"] = {
+    "name": "carried",
+    "gravity": [0.1, 0.2, -9.0],
+    "materials": {"soft": SOFT},
+    "bodies": [
+        {
+            "joint": "rail",
+            "kind": "prismatic",
+            "axis": [0.3, 0.5, -0.8],
+            "driven": {"table": [[0.0, 0.0], [0.1, 0.02]]},
+        },
+        rod("one"),
+        {
+            "rigid_body": "ring",
+            "mass": 0.1,
+            "parent": {"body": "one", "s": 0.1, "offset": {"position": [0.0, 0.01, 0.0]}},
+        },
+        {
+            "joint": "table",
+            "kind": "universal",
+            "axes": [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            "parent": "base",
+            "driven": {"first": {"formula": "0.2*t"}, "second": "sin(t)"},
+        },
+        rod("two"),
+    ],
+    "numerics": NUMERICS,
+}
 DOCUMENTS["chain"] = {
     "name": "chain",
     "gravity": [0.1, 0.2, -9.0],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -42,16 +43,18 @@ def test_companions_that_do_not_contract_make_the_estimate_large():
 
 def test_distances_are_of_positions_and_of_turns_whatever_the_sign_of_a_quaternion():
     angle = np.array([0.0, 0.3, 1e-6, 0.1])
-    one = np.zeros((4, 7))
-    one[:, 6] = 1.0
+    one = np.zeros((4, 2, 7))
+    one[:, :, 6] = 1.0
     other = one.copy()
-    other[:, 1] = [0.0, 0.2, 0.1, 0.0]
-    other[:, 3], other[:, 6] = np.sin(0.5 * angle), np.cos(0.5 * angle)
-    other[2, 3:] *= -1.0
-    found = distances(one, other, 2.0)
-    assert found[:, 0] == pytest.approx([0.0, 0.1, 0.1, 0.1])  # the largest so far
+    other[:, 0, 1] = [0.0, 0.2, 0.1, 0.0]
+    other[:, 0, 3], other[:, 0, 6] = np.sin(0.5 * angle), np.cos(0.5 * angle)
+    other[2, 0, 3:] *= -1.0
+    other[3, 1, 0] = 0.1  # a tip a quarter as far from the base
+    arm = SimpleNamespace(length=2.0, tip_scale=np.array([1.0, 4.0]))
+    found = distances(one, other, arm)
+    assert found[:, 0] == pytest.approx([0.0, 0.1, 0.1, 0.2])  # the largest so far
     assert found[:, 1] == pytest.approx([0.0, 0.3, 0.3, 0.3])
-    assert distances(one[2:3], other[2:3], 2.0)[0, 1] == pytest.approx(1e-6, rel=1e-3)
+    assert distances(one[2:3], other[2:3], arm)[0, 1] == pytest.approx(1e-6, rel=1e-3)
 
 
 KICK = {
@@ -88,7 +91,8 @@ def test_a_tolerance_of_the_orientation_is_met_too():
     scene = kicked({"tolerance": {"position": 1e-2, "orientation": wanted}})
     choice = choose(scene, QUIET)
     fine = QUIET.poses(Simulation(choose(kicked({"tolerance": 1e-6}), QUIET).scene))
-    off = distances(QUIET.poses(Simulation(choice.scene)), fine, 0.6)[-1, 1]
+    coarse = Simulation(choice.scene)
+    off = distances(QUIET.poses(coarse), fine, coarse.compiled)[-1, 1]
     assert 0.0 < off <= choice.angle <= wanted
     assert choice.accuracy()["orientation_tolerance"] == wanted
     assert choice.scene.numerics.orientation == wanted
@@ -169,7 +173,7 @@ def test_a_soft_spot_narrower_than_nodes_is_met_within_the_tolerance():
     )
     scene = scene_of(plain(document | {"numerics": {"step": 0.05, "tolerance": 1e-5}}))
     drive = replace(QUIET, last=8)
-    tip = drive.tips(Simulation(choose(scene, drive).scene))[-1]
+    tip = drive.tips(Simulation(choose(scene, drive).scene))[-1, 0]
     s = np.linspace(0.0, 0.6, 2_000_001)
     stiffness = 0.6 * (1.0 - 0.98 * np.exp(-(((s - 0.2345) / 0.002) ** 2)))
     exact = float(np.mean(0.03 * (0.6 - s) ** 2 / stiffness)) * 0.6

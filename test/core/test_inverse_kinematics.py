@@ -163,7 +163,7 @@ def test_lengths_of_winches_and_pressures_do_as_well(scene, commands):
 def test_slopes_of_the_error_are_its_difference_quotients_far_from_the_target_too(arm):
     """A turn of the tip changes the rotation vector of the error by more than its reverse."""
     turn = Rotation.from_rotvec([0.8, -1.1, 0.9]).as_matrix()
-    task = make_task(arm, np.array([0.2, 0.1, 0.3]), turn, None, None, 1e-8)
+    task = make_task(arm, np.array([0.2, 0.1, 0.3]), turn, None, None, 1e-8, None)
     efforts = np.array([0.6, -0.3, 0.2, 0.4, -0.1, 0.2])
     point = task.at(efforts, None)
     assert np.linalg.norm(point.error[3:]) > 1.0

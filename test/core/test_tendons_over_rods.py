@@ -129,7 +129,7 @@ def test_tangent_and_work_across_a_flange(keys):
     ("rods", "between", "expected"),
     [
         (["one", "two"], HINGE, "hinge moves"),
-        (["two", "one"], [], "order of the chain"),
+        (["two", "one"], [], "order from base to tip"),
         (["one", "one"], [], "only once"),
         (["one", "tow"], [], "two"),
         ([], [], "at least one"),

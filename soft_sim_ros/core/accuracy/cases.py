@@ -8,6 +8,7 @@ import numpy as np
 
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.mechanics.tips import tip_ways
 from soft_sim_ros.core.refine.space_error import Forcing, newton, static_error
 
 # An actuator without limits is assumed to turn the tip by half a turn, or to move it by this part
@@ -84,7 +85,7 @@ def _responses(dynamics: Dynamics) -> tuple[Floats, Floats]:
         return none, none
     zero = np.zeros(dynamics.n)
     moves = np.asarray(np.linalg.solve(_held(dynamics), dynamics.effort_matrix(zero)), np.float64)
-    return dynamics.tip_ways(moves, zero)
+    return tip_ways(dynamics, moves, zero)
 
 
 def _held(dynamics: Dynamics) -> Floats:

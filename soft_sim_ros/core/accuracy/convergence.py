@@ -12,7 +12,7 @@ import numpy as np
 
 from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.floats import Floats
-from soft_sim_ros.core.refine.space_error import apart
+from soft_sim_ros.core.mechanics.tips import apart
 
 SAFETY = 1.25  # the finest run is not exact either
 SLOWEST = 0.9  # largest contraction assumed: the finest run is then off by nine times the distance

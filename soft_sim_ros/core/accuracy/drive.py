@@ -9,6 +9,7 @@ import numpy as np
 
 from soft_sim_ros.core.analysis.modes import complex_modes
 from soft_sim_ros.core.floats import Floats, Ints
+from soft_sim_ros.core.mechanics.tips import tip_ways
 from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.core.simulation.simulation import Simulation
 
@@ -136,6 +137,6 @@ def _sway(simulation: Simulation, duration: float) -> Floats:
     # for so short a time, coordinates without stiffness are held by inertia
     held = dynamics.stiffness_matrix() + dynamics.mass_matrix(q) * (2.0 * np.pi / duration) ** 2
     moves = np.asarray(np.linalg.solve(held, dynamics.effort_matrix(q)), np.float64)
-    turns, ways = (np.linalg.norm(x, axis=1).max(axis=0) for x in dynamics.tip_ways(moves, q))
+    turns, ways = (np.linalg.norm(x, axis=1).max(axis=0) for x in tip_ways(dynamics, moves, q))
     turns = turns * simulation.length
     return SWAY * simulation.length / np.maximum(np.maximum(ways, turns), 1e-300)

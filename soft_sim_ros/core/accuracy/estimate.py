@@ -18,7 +18,7 @@ from scipy.linalg import eigvals
 from soft_sim_ros.core.analysis.small_motion import real_modes, unit_scale
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.refine.space_error import apart
+from soft_sim_ros.core.mechanics.tips import apart
 from soft_sim_ros.core.simulation.simulation import Simulation
 from soft_sim_ros.errors import EnergyGained, Inaccurate
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.mechanics.tips import apart
 from soft_sim_ros.core.refine.prolong import finer
-from soft_sim_ros.core.refine.space_error import Forcing, apart, limit_of, motion_error, trust
+from soft_sim_ros.core.refine.space_error import Forcing, limit_of, motion_error, trust
 from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.core.simulation.orders import Order

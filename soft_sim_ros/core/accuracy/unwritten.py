@@ -17,9 +17,10 @@ import numpy as np
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.mechanics.sampler import Frames
+from soft_sim_ros.core.mechanics.tips import apart
 from soft_sim_ros.core.refine.prolong import finer, finer_scene, prolong, reference_turn, shown
 from soft_sim_ros.core.refine.refinement import STEP_ERROR, Refinement, source_with
-from soft_sim_ros.core.refine.space_error import UNWRITTEN, apart, newton, tips_apart, trust
+from soft_sim_ros.core.refine.space_error import UNWRITTEN, newton, tips_apart, trust
 from soft_sim_ros.core.simulation.simulation import Simulation
 from soft_sim_ros.errors import SolverError
 from soft_sim_ros.scene import Free, Numerics, Scene

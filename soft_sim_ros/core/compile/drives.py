@@ -73,7 +73,7 @@ def _rows(course: TimeTable) -> np.ndarray:
     """Return (N + 1, 5) pieces of a table; the first and the last are constant."""
     first, last = course.values[0], course.values[-1]
     rows = np.column_stack([course.times[:-1], course.spline])
-    before, after = [-np.inf, first, 0, 0, 0], [course.times[-1], last, 0, 0, 0]
+    before, after = [course.times[0] - 1.0, first, 0, 0, 0], [course.times[-1], last, 0, 0, 0]
     return np.vstack([before, rows, after])
 
 

@@ -226,14 +226,6 @@ class Dynamics(Equations):
         """Return the body Jacobians (T, 6, n) of all tips, ``Compiled.tips``."""
         return self.jacobians(q, self._zero)[0][list(self.compiled.tips)]
 
-    def tip_ways(self, moves: Floats, q: Floats) -> tuple[Floats, Floats]:
-        """Return turns (T, 3, k) in rad and ways (T, 3, k) in m of all tips by moves (n, k).
-
-        Ways are scaled to the length of the whole (``Compiled.tip_scale``).
-        """
-        twists = self.tip_jacobians(q) @ moves
-        return twists[:, :3], twists[:, 3:] * self.compiled.tip_scale[:, None, None]
-
     def coriolis_matrix(self, q: Floats, v: Floats) -> Floats:
         """Return C(q, q̇) (n, n), with the null term M ad_η that makes Ṁ − 2C skew.
 

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.mechanics.tips import apart, tip_ways
 from soft_sim_ros.errors import NotResolved
 from soft_sim_ros.scene.numerics import FIXED_ORDER
 
@@ -103,12 +103,6 @@ def tips_apart(one: Dynamics, q: Floats, other: Dynamics, p: Floats) -> float:
     return float(apart(ends[0], ends[1], one.compiled))
 
 
-def apart(one: Floats, other: Floats, compiled: Compiled) -> Floats:
-    """Return the largest distance (…) of tips (…, T, 3), each over the length on the way to it."""
-    away = np.linalg.norm(one - other, axis=-1) * compiled.tip_scale
-    return np.asarray(away.max(axis=-1) / compiled.length)
-
-
 def motion_error(
     dynamics: Dynamics,
     q: Floats,
@@ -140,7 +134,7 @@ def motion_error(
     mass = dynamics.last_tangent((0.0, 0.0, 1.0))
     a[free] -= np.linalg.solve(mass[np.ix_(free, free)], still[free])
     up, rate, push = prolong(dynamics.compiled, fine.compiled, np.array([q, v, a]))
-    moving = dynamics.tip_ways(np.stack([v, a], axis=1), q)[1]
+    moving = tip_ways(dynamics, np.stack([v, a], axis=1), q)[1]
     speed, rise = np.linalg.norm(moving, axis=1).max(axis=0).tolist()
     moved = max(moved, STILL * dynamics.compiled.length)
     lasting = min(elapsed, MEMORY, moved / max(speed, 1e-300), np.sqrt(moved / max(rise, 1e-300)))
