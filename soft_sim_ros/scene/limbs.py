@@ -18,13 +18,13 @@ class Limbs:
     ----------
     backbones : rods and links in a row, named by the first of them
     tips : bodies that nothing is attached to the end of; the last one is what a scene's tip is
-    rods : (name, length in m) of the rods and links of each backbone, base to tip
+    rows : the rods and links of each backbone, base to tip
     branched : whether some body does not go on from the end of the one before
     """
 
     backbones: tuple[str, ...] = ()
     tips: tuple[str, ...] = ()
-    rods: tuple[tuple[tuple[str, float], ...], ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
     branched: bool = False
 
     @property
@@ -43,7 +43,7 @@ CHAIN = Limbs()  # one backbone, one tip: nobody asks for their names
 
 def limbs_of(scene: Scene) -> Limbs:
     """Return the backbones and tips of a scene, both in the order of its bodies."""
-    rows: list[list[tuple[str, float]]] = [[]]
+    rows: list[list[str]] = [[]]
     place: dict[str | None, str | None] = {None: None}  # where a body ends: the end of which one
     left: set[str | None] = set()  # ends that something is attached to
     before: str | None = None
@@ -58,13 +58,12 @@ def limbs_of(scene: Scene) -> Limbs:
         goes_on = attachment is None and not _takes_room(body)
         place[body.name] = place[before] if goes_on else body.name
         if isinstance(body, Rod | FlexibleLink):
-            length = body.length if isinstance(body, Rod) else body.rod.length
-            rows[-1].append((body.name, length))
+            rows[-1].append(body.name)
         before = body.name
     ends = {end: name for name, end in place.items() if name and end not in left}
     rows = [row for row in rows if row]
     return Limbs(
-        tuple(row[0][0] for row in rows),
+        tuple(row[0] for row in rows),
         tuple(ends.values()),
         tuple(map(tuple, rows)),
         bool(scene.attachments),
