@@ -13,6 +13,7 @@ from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.scene import Attachment, Joint, Pose, RigidBody, Scene
 from soft_sim_ros.scene.actuator import ChamberActuator, TendonActuator
 from soft_sim_ros.scene.load import Load, PointLoad
+from soft_sim_ros.scene.pose import IDENTITY
 from soft_sim_ros.scene.summary import total_mass
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.viewing import shapes
@@ -224,9 +225,15 @@ def plates(simulation: Simulation) -> list[tuple[Shape, Floats]]:
 
 def _held(scene: Scene) -> list[Pose]:
     """Return where bodies leave the base that do not begin with a free joint."""
-    roots = [body for body in scene.bodies if scene.forest.parent(body.name) is None]
-    held = [body for body in roots if not (isinstance(body, Joint) and body.kind == "free")]
-    return [scene.attachments.get(body.name, Attachment(None)).offset for body in held]
+    found = []
+    for body in scene.bodies:
+        if scene.forest.parent(body.name) is not None:
+            continue
+        if not isinstance(body, Joint):
+            found.append(scene.attachments.get(body.name, Attachment(None)).offset)
+        elif body.kind != "free":  # the first joint of all is on the base, as far off as it may be
+            found.append(body.offset if body.name in scene.attachments else IDENTITY)
+    return found
 
 
 class _Blank:
