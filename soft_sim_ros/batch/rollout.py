@@ -237,6 +237,7 @@ class Rollout:
             "package": f"soft_sim_ros {__version__}",
             "scene": simulation.scene.name,
             "scene_file": simulation.scene.file,
+            **limbs_of(simulation.scene).facts(),
             "ended_by": self._ended_by,
             "simulated_s": simulation.time,
             "running_s": self._seconds,

@@ -37,6 +37,11 @@ class Limbs:
         """The tips where there is more than one."""
         return self.tips if len(self.tips) > 1 else ()
 
+    def facts(self) -> dict[str, list[str]]:
+        """Return the names of several backbones and tips, for summaries; nothing of a chain."""
+        found = {"backbones": self.several_backbones, "tips": self.several_tips}
+        return {key: list(names) for key, names in found.items() if names}
+
 
 CHAIN = Limbs()  # one backbone, one tip: nobody asks for their names
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import itertools
+import json
 
 import numpy as np
 import pytest
@@ -18,7 +19,8 @@ from soft_sim_ros.recording.recover import recover
 from soft_sim_ros.recording.topics import recorded_topics
 from soft_sim_ros.recording.writer import BagWriter
 from soft_sim_ros.report import export_csv, export_npz
-from soft_sim_ros.scene.limbs import CHAIN, Limbs
+from soft_sim_ros.scene import load_scene
+from soft_sim_ros.scene.limbs import CHAIN, Limbs, limbs_of
 
 BACKBONES = {
     "two_arms": ["left", "right"], "palm": ["index", "middle", "thumb"], "ring": ["stem", "twig"],
@@ -42,6 +44,12 @@ def test_each_limb_has_a_topic_of_its_own_and_the_tip_keeps_its_topic(runs, name
     assert (list(run.backbones), list(run.tip_poses)) == (BACKBONES[name], TIPS[name])
     assert run.backbone is run.backbones[BACKBONES[name][-1]]
     np.testing.assert_array_equal(run.tip_pose.poses, run.tip_poses[TIPS[name][-1]].poses)
+
+
+def test_the_summary_names_several_limbs_and_says_nothing_of_one(recorded):
+    summary = json.loads((recorded["ring"] / "summary.json").read_text())
+    assert (summary["backbones"], summary["tips"]) == (BACKBONES["ring"], TIPS["ring"])
+    assert limbs_of(load_scene("soft_arm")).facts() == {}
 
 
 def test_fingers_begin_where_the_turning_palm_holds_them(runs):

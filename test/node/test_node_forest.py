@@ -1,5 +1,7 @@
 """A node with several branches: a topic for each of them, recorded and simulated again."""
 
+import json
+
 import numpy as np
 from branched import file_of
 from geometry_msgs.msg import PoseArray, PoseStamped
@@ -29,6 +31,9 @@ def test_each_branch_has_its_topics_and_all_of_them_are_recorded(tmp_path, peer)
     counts = {run.counts[topic] for topic in (*expected, "/soft_arm/tip_pose")}
     assert len(counts) == 1 and counts.pop() > 0
     assert rerun(run).identical
+    summary = json.loads((record / "summary.json").read_text())
+    assert summary["tips"] == ["leaf", "twig", "ring"]
+    assert {f"/soft_arm/{key}" for key in summary["messages_sent"]} >= expected
     heard = leaves[-1].header.stamp
     time_ns = heard.sec * 1_000_000_000 + heard.nanosec
     index = run.tip_poses["leaf"].time_ns.tolist().index(time_ns)
