@@ -61,10 +61,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     for line in lines:
         print(line)
     if options.wrench:
-        from soft_sim_ros.report.wrench import limbs_drawn, wrench_picture
+        from soft_sim_ros.report.wrench import by_backbone, wrench_picture
 
-        limbs = limbs_drawn(simulation.compiled)
-        print(f"{wrench_picture(carried(simulation, q), options.wrench, limbs)} (in {state})")
+        poses = simulation.dynamics.node_poses(q)
+        limbs = by_backbone(simulation.compiled, carried(simulation, q), poses)
+        print(f"{wrench_picture(limbs, options.wrench)} (in {state})")
     return DONE
 
 

@@ -9,7 +9,8 @@ import pytest
 from branched import NAMES, file_of
 
 from soft_sim_ros.commands import check, linearise, report, rerun, rollout, urdf
-from soft_sim_ros.report.wrench import limbs_drawn
+from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.report.wrench import by_backbone
 
 TOLD = {
     "two_arms": ("branches 2: left, right", "tips     2: left, right;"),
@@ -28,15 +29,28 @@ def test_check_says_how_many_branches_and_tips_there_are(name, tmp_path, capsys)
     assert drawn.stat().st_size > 10_000
 
 
-def test_a_picture_of_wrenches_has_each_backbone_by_itself(moved):
-    for name, expected in (("ring", ["stem", "twig"]), ("two_arms", ["left", "right"])):
-        compiled = moved[name].compiled
-        found = limbs_drawn(compiled)
-        assert list(found) == expected
-        nodes = [i for part in found.values() for i in range(part.start, part.stop)]
-        assert len(set(nodes)) == len(nodes)
-        for limb, part in found.items():
-            assert compiled.chain.rods[limb].first_node in range(part.start, part.stop)
+def test_each_backbone_carries_the_weight_of_what_leaves_it_where_it_leaves(scenes):
+    simulation = Simulation(scenes["ring"])
+    q, _ = check.rest(simulation)
+    compiled, poses = simulation.compiled, simulation.dynamics.node_poses(q)
+    found = by_backbone(compiled, check.carried(simulation, q), poses)
+    assert list(found) == ["stem", "twig"]
+    density = 1000.0 * np.pi * np.array([0.02, 0.01, 0.015]) ** 2  # kg/m of stem, twig, leaf
+    stem, first = found["stem"], compiled.backbones["stem"].first_node
+    for s, mass in ((0.1, 0.1), (0.25, 0.2 * density[1])):
+        (node,) = np.flatnonzero(np.abs(stem.s - s) < 1e-9)
+        turn = poses[first + node, :3, :3]
+        jump = turn @ (stem.after[node, 3:] - stem.before[node, 3:])
+        # what is beyond pulls down, and less of it is beyond after the jump
+        np.testing.assert_allclose(jump, [0.0, 0.0, 9.81 * mass], atol=1e-3 * 9.81 * mass)
+    beyond = 9.81 * (density @ [0.4, 0.2, 0.1] + 0.1)
+    np.testing.assert_allclose(stem.after[0, 3:], [0.0, 0.0, -beyond], atol=1e-3 * beyond)
+    twig, start = found["twig"], compiled.backbones["twig"].first_node
+    force = poses[start, :3, :3] @ twig.before[0, 3:]
+    weight = 9.81 * 0.2 * density[1]
+    np.testing.assert_allclose(force, [0.0, 0.0, -weight], atol=1e-3 * weight)
+    for one in found.values():
+        np.testing.assert_allclose(one.after[-1], 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["two_arms", "ring"])
