@@ -34,6 +34,7 @@ from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import recorded_topics
 from soft_sim_ros.recording.writer import BagWriter
 from soft_sim_ros.scene import Scene
+from soft_sim_ros.scene.limbs import limbs_of
 from soft_sim_ros.version import __version__
 
 NODE = "/soft_arm"  # topics are named as those of the node, so that every reader fits both
@@ -102,7 +103,8 @@ class Rollout:
             self._contract = choice.accuracy()
         self.simulation = Simulation(scene)
         self._inputs = self._inputs_of(space and tolerance is None, duration)
-        self._telemetry = Telemetry(self.simulation, poses, FRAME, NODE)
+        limbs = limbs_of(scene)
+        self._telemetry = Telemetry(self.simulation, poses, FRAME, NODE, limbs=limbs)
         real_rate = 1.0 / (self._publish_steps * step)
         if abs(real_rate - publish_rate) > 1e-6 * publish_rate:
             warnings.warn(
@@ -125,7 +127,7 @@ class Rollout:
             "real_time_factor": "0.0",
         }
         source = self.simulation.scene.source.encode()
-        topics, attachments = recorded_topics(NODE), {"scene.yaml": source}
+        topics, attachments = recorded_topics(NODE, limbs), {"scene.yaml": source}
         try:
             with undisturbed():
                 self._writer = BagWriter(
@@ -221,9 +223,8 @@ class Rollout:
                 progress(simulation.time)
 
     def _emit(self) -> None:
-        for topic in self._telemetry.topics:
-            data = getattr(self._telemetry, topic.key)()
-            self._writer.write(topic.key, self.simulation.time_ns, data)
+        for key, build in self._telemetry.builders.items():
+            self._writer.write(key, self.simulation.time_ns, build())
 
     def _event(self, text: str) -> None:
         self._writer.write("events", self.simulation.time_ns, encode_string(text))
@@ -236,6 +237,7 @@ class Rollout:
             "package": f"soft_sim_ros {__version__}",
             "scene": simulation.scene.name,
             "scene_file": simulation.scene.file,
+            **limbs_of(simulation.scene).facts(),
             "ended_by": self._ended_by,
             "simulated_s": simulation.time,
             "running_s": self._seconds,

@@ -163,7 +163,7 @@ def execute(run: Run, out: str) -> dict[str, Any]:
 def _numbers(rollout: Rollout) -> dict[str, Any]:
     summary = rollout.summary()
     estimate = summary["estimate"] or summary["accuracy"] or {}
-    tip = rollout.simulation.sampler(2).poses()[-1, :3]
+    tip = rollout.simulation.tips().poses()[-1, :3]
     return {
         "simulated_s": summary["simulated_s"],
         "tip_m": tip.tolist(),

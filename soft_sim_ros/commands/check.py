@@ -21,6 +21,7 @@ from soft_sim_ros.core.refine.space_error import UNWRITTEN, WRITTEN
 from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import NotResolved, StaticsFailed
 from soft_sim_ros.scene import Scene, load_scene, summary, total_mass
+from soft_sim_ros.scene.limbs import limbs_of
 from soft_sim_ros.scene.summary import elastic
 
 # heading, field of the summary
@@ -60,9 +61,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     for line in lines:
         print(line)
     if options.wrench:
-        from soft_sim_ros.report.wrench import wrench_picture
+        from soft_sim_ros.report.wrench import by_backbone, wrench_picture
 
-        print(f"{wrench_picture(carried(simulation, q), options.wrench)} (in {state})")
+        poses = simulation.dynamics.node_poses(q)
+        limbs = by_backbone(simulation.compiled, carried(simulation, q), poses)
+        print(f"{wrench_picture(limbs, options.wrench)} (in {state})")
     return DONE
 
 
@@ -97,6 +100,10 @@ def sections(scene: Scene) -> Iterator[str]:
         f"bodies {len(scene.bodies)}, sections {len(rows)}, "
         f"actuators {len(scene.actuators)}, loads {len(scene.loads)}"
     )
+    limbs = limbs_of(scene)
+    if limbs.branched:
+        yield f"branches {len(limbs.backbones)}: {', '.join(map(' → '.join, limbs.rows)) or 'none'}"
+        yield f"tips     {len(limbs.tips)}: {', '.join(limbs.tips)}; wrenches act on the last one"
     if not rows:
         return
     heads = ["section", "length m", "mass kg", *(head for head, _ in COLUMNS), "slenderness"]

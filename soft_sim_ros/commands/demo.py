@@ -20,6 +20,7 @@ from soft_sim_ros.commands.warm_up import warm_up
 from soft_sim_ros.experiments.resimulation import Comparison, recorded_scene, rerun
 from soft_sim_ros.files import write_whole
 from soft_sim_ros.recording.reader import Run, read_run
+from soft_sim_ros.recording.topics import POSES
 from soft_sim_ros.report import picture, write_report
 from soft_sim_ros.scene import load_scene
 
@@ -120,7 +121,7 @@ def simulate(scene_file: str, directory: Path, duration: float, rate: float) -> 
 
 def replay(run: Run) -> dict[str, Any]:
     """Replay in one process and listen in another; gives what was heard."""
-    topic = next(channel.topic for channel in run.channels if channel.topic.endswith("/backbone"))
+    topic = next(channel.topic for channel in run.channels if channel.type == POSES)
     last = int(run.backbone.time_ns[-1])
     line = Line()
     line.show("replaying")

@@ -22,7 +22,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool
 
+from soft_sim_ros.recording.topics import output_topics
 from soft_sim_ros.scene import Scene, load_scene
+from soft_sim_ros.scene.limbs import limbs_of
 
 ARM = "/soft_arm"
 PATIENCE = 30.0  # s of real time without news from the arm
@@ -58,6 +60,7 @@ class Driver(Node):
 
     def __init__(self, scene: Scene, duration: float, say: Callable[[str], None]) -> None:
         super().__init__("driver")
+        self._shape = output_topics(ARM, limbs_of(scene))[0].name
         self._limits = np.array([a.limits for a in scene.actuators], float).reshape(-1, 2)
         self._duration, self._say = duration, say
         self._push = "before"
@@ -73,14 +76,14 @@ class Driver(Node):
         self._pause = self.create_client(SetBool, f"{ARM}/pause")
         self.create_subscription(JointState, "/joint_states", self._on_state, 100)
         # Only counted, so not even decoded.
-        self.create_subscription(PoseArray, f"{ARM}/backbone", self._on_shape, 100, raw=True)
+        self.create_subscription(PoseArray, self._shape, self._on_shape, 100, raw=True)
 
     def drive(self) -> None:
         """Wait for the arm, let it go, and send the programme."""
         self._wait("the arm", self._connected)
-        if (count := self.count_publishers(f"{ARM}/backbone")) != 1:
+        if (count := self.count_publishers(self._shape)) != 1:
             raise RuntimeError(
-                f"{count} arms publish {ARM}/backbone here: set another ROS_DOMAIN_ID"
+                f"{count} arms publish {self._shape} here: set another ROS_DOMAIN_ID"
             )
         self._wait("the arm to go", self._going)
         self._wait("the end of the programme", lambda: self.time >= self._duration)
@@ -103,7 +106,7 @@ class Driver(Node):
             self._pause.service_is_ready()
             and self._command.get_subscription_count()
             and self._wrench.get_subscription_count()
-            and self.count_publishers(f"{ARM}/backbone")
+            and self.count_publishers(self._shape)
             and self.count_publishers("/joint_states")
         )
 

@@ -7,6 +7,7 @@ from soft_sim_ros.core.accuracy.contract import draft
 from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.scene import Scene
+from soft_sim_ros.scene.limbs import limbs_of
 
 
 def warm_up(scene: Scene) -> None:
@@ -14,6 +15,6 @@ def warm_up(scene: Scene) -> None:
     with compiling():
         simulation = Simulation(draft(scene))
         simulation.advance(1)
-        telemetry = Telemetry(simulation, 2, "world", "/warm_up")
-        for topic in telemetry.topics:
-            getattr(telemetry, topic.key)()
+        telemetry = Telemetry(simulation, 2, "world", "/warm_up", limbs=limbs_of(scene))
+        for build in telemetry.builders.values():
+            build()

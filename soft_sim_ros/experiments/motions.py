@@ -44,9 +44,9 @@ class Experiment(Protocol):
 
 
 def _observer(simulation: Simulation, count: int) -> Callable[[], Floats]:
-    """Return a function that gives positions (count, 3): of the tip, or of the backbone."""
-    sampler = simulation.sampler(max(count, 2))
-    return lambda: sampler.poses()[-count:, :3].copy()
+    """Return a function that gives positions (count, 3): of the last tip, or backbone."""
+    source = simulation.tips() if count == 1 else simulation.sampler(count)
+    return lambda: source.poses()[-count:, :3].copy()
 
 
 def _trial(text: str, file: str) -> Scene:
@@ -67,19 +67,21 @@ class Recorded:
     """
 
     def __init__(self, run: Run, topic: str = "backbone") -> None:
-        self._run, self._topic = run, topic
+        self._run = run
         scene = recorded_scene(run)
         self.text, self.file = scene.source, scene.file
         series = run.backbone if topic == "backbone" else run.tip_pose
         if len(series) == 0:
             raise RecordingError(run.path, f"holds no {topic}")
+        last = list(run.backbones)[-1] if topic == "backbone" else ""
+        self._key = f"{topic}/{last}" if last else topic
         self.measured = series.positions.reshape(len(series), -1, 3)
 
     def predict(self, text: str, instants: int) -> Floats:
         """Return positions (instants, N, 3) of a scene under the recorded inputs."""
         rerun = Rerun(self._run, _trial(text, self.file))
         observe = _observer(rerun.simulation, self.measured.shape[1])
-        states = (m for m in rerun.states() if rerun.topics[m.topic] == self._topic)
+        states = (m for m in rerun.states() if rerun.topics[m.topic] == self._key)
         return np.stack([observe() for _ in islice(states, instants)])
 
 

@@ -19,8 +19,9 @@ from soft_sim_ros.recording.offset import OFFSET, offset_of
 from soft_sim_ros.recording.orders import SENDER_LEFT, read_order
 from soft_sim_ros.recording.reader import LoggedMessage, Run
 from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import ALL, INPUTS, OUTPUTS, resolve
+from soft_sim_ros.recording.topics import INPUTS, OUTPUTS, recorded_topics, resolve
 from soft_sim_ros.scene import Scene, parse_scene
+from soft_sim_ros.scene.limbs import limbs_of
 
 # Facts of the machine on which the last bits of a result may depend.
 DECISIVE = (
@@ -112,11 +113,12 @@ class Rerun:
         )
         self._frame_id, node = known.frame_id, known.node
         self._lasting = known.joint_command_hold
-        self._telemetry = Telemetry(
-            self.simulation, known.poses, self._frame_id, node, has_one_label(run)
+        limbs = limbs_of(recorded)
+        self._telemetry = telemetry = Telemetry(
+            self.simulation, known.poses, self._frame_id, node, has_one_label(run), limbs=limbs
         )
-        self._builders = {t.name: getattr(self._telemetry, t.key) for t in self._telemetry.topics}
-        self.topics = {resolve(name, node): key for key, (name, _, _) in ALL.items()}
+        self._builders = {t.name: telemetry.builders[t.key] for t in telemetry.topics}
+        self.topics = {t.name: t.key for t in recorded_topics(node, limbs)}
 
     def compare(self, progress: Callable[[float], None] = lambda t: None) -> Comparison:
         """Go through the recording in its order and compare every state in it."""

@@ -62,14 +62,14 @@ class Markers:
 
     def show(self, simulation: Simulation) -> None:
         """Look at a simulation from now on, and send what of it never moves."""
-        from soft_sim_ros.viewing.scenery import plate
+        from soft_sim_ros.viewing.scenery import plates
 
         self._simulation = simulation
-        found = plate(simulation)
-        if found is not None:
-            shape, pose = found
-            message = MarkerArrayBuffer(self._frame_id, [_marker(shape)])
-            message.slates[0].pose[:] = pose
+        found = plates(simulation)
+        if found:
+            message = MarkerArrayBuffer(self._frame_id, [_marker(shape) for shape, _ in found])
+            for slate, (_, pose) in zip(message.slates, found, strict=True):
+                slate.pose[:] = pose
             self._fixed.publish(message.bytes(0))  # at any time: fixed things have no stamp
 
     def send(self, time_ns: int) -> None:

@@ -16,6 +16,7 @@ from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.node.parameters import Settings
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.scene import Scene
+from soft_sim_ros.scene.limbs import limbs_of
 
 
 def warm_up(scene: Scene, settings: Settings, say) -> str | None:
@@ -29,9 +30,10 @@ def warm_up(scene: Scene, settings: Settings, say) -> str | None:
     with compilations() as compiled, _patience(say, what):
         arm = Simulation(draft(scene))
         arm.advance(1)
-        telemetry = Telemetry(arm, settings.poses, settings.frame_id, "/warm_up")
-        for one in telemetry.topics:
-            getattr(telemetry, one.key)()
+        limbs = limbs_of(arm.scene)
+        telemetry = Telemetry(arm, settings.poses, settings.frame_id, "/warm_up", limbs=limbs)
+        for build in telemetry.builders.values():
+            build()
         return long_step(arm.dynamics, arm.q, arm.scene.numerics)
 
 

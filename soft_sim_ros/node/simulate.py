@@ -42,6 +42,7 @@ from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import EVENTS, INPUTS, Topic, output_topics, topic
 from soft_sim_ros.scene import Scene, load_scene
+from soft_sim_ros.scene.limbs import limbs_of
 
 if TYPE_CHECKING:
     from soft_sim_ros.recording.writer import BagWriter
@@ -117,12 +118,12 @@ class Arm:
     ):
         self.node, self.settings = node, settings
         prefix = node.get_fully_qualified_name()
-        inputs = tuple(topic(key, prefix) for key in INPUTS)
+        inputs, limbs = tuple(topic(key, prefix) for key in INPUTS), limbs_of(scene)
         # The graph comes first: others find it meanwhile, and what is wrong is said at once.
         with asking_ros("cannot publish or subscribe"):
             self.publishers = Publishers(
                 node,
-                (*output_topics(prefix), *(topic(key, prefix) for key in EVENTS)),
+                (*output_topics(prefix, limbs), *(topic(key, prefix) for key in EVENTS)),
                 settings.publish_clock,
             )
             self._senders = Senders(lambda: self.physics.release())
@@ -150,7 +151,9 @@ class Arm:
                 settings.force_limit,
             ),
         )
-        self.telemetry = Telemetry(self.simulation, settings.poses, settings.frame_id, prefix)
+        self.telemetry = Telemetry(
+            self.simulation, settings.poses, settings.frame_id, prefix, limbs=limbs
+        )
         for view in views:
             view.show(self.simulation)
         self.gate = Gate(
@@ -179,7 +182,7 @@ class Arm:
             self._standard = standard_services(node, self.physics, settings.frame_id)
         rivals = Rivals(
             node,
-            self.publishers.topic_name("backbone"),
+            self.publishers.topic_name(self.telemetry.topics[0].key),
             settings.publish_clock,
             self._warn,
             settings.time != OWN,

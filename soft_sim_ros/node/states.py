@@ -31,7 +31,7 @@ class States:
     def __init__(self, simulation, telemetry, outlet: Outlet, log, grid: Grid):
         self._simulation, self._outlet, self._log, self._grid = simulation, outlet, log, grid
         self._telemetry = telemetry
-        self._builders = [(t.key, getattr(telemetry, t.key)) for t in telemetry.topics]
+        self._builders = list(telemetry.builders.items())
         self._sent = self._ticked = -1  # index of the step whose state, or time, was sent last
         self._known: dict[str, int] = {}
         self._owed: dict[str, int] = {}

@@ -14,6 +14,7 @@ from soft_sim_ros.node.commands import Gate
 from soft_sim_ros.node.parameters import Settings
 from soft_sim_ros.node.physics import Physics
 from soft_sim_ros.node.publishers import Publishers
+from soft_sim_ros.scene.limbs import limbs_of
 from soft_sim_ros.version import __version__
 
 FILE_NAME = "summary.json"
@@ -29,6 +30,7 @@ def summarise(
         "package": f"soft_sim_ros {__version__}",
         "scene": simulation.scene.name,
         "scene_file": simulation.scene.file,
+        **limbs_of(simulation.scene).facts(),
         "ended_by": ended_by,
         "last_error": physics.last_error,
         "simulated_s": simulation.time,

@@ -9,7 +9,9 @@ from geometry_msgs.msg import TransformStamped
 from soft_sim_ros.foreign import shown
 from soft_sim_ros.node.parameters import ParameterError
 from soft_sim_ros.node.publishers import Matched, events
+from soft_sim_ros.recording.telemetry import PoseSource
 from soft_sim_ros.scene import Joint, RigidBody, Scene
+from soft_sim_ros.scene.limbs import limbs_of
 
 if TYPE_CHECKING:
     from soft_sim_ros.core.settled import Simulation
@@ -20,7 +22,8 @@ BASE, TIP, ALL = "base", "tip", "all"
 class ArmFrames:
     """Sends transforms from the frame of the poses to ``<node name>/tip`` and further frames.
 
-    The namespace is part of a child frame's name: ``left/soft_arm/tip`` for ``/left/soft_arm``.
+    Of several tips, each has a frame besides, such as ``<node name>/tip/left``. The namespace is
+    part of a child frame's name: ``left/soft_arm/tip`` for ``/left/soft_arm``.
 
     Parameters
     ----------
@@ -33,7 +36,8 @@ class ArmFrames:
     chosen : str
         Names of joints and rigid bodies, with commas between them; ``all`` for all of them.
     backbone : int
-        How many frames along the rods, base to tip, ``backbone_0`` and so on; 0 for none.
+        How many frames along the rods, base to tip, ``backbone_0`` and so on; 0 for none. Of
+        several backbones, each has as many: ``backbone/left_0``.
     matched : callable
         Told when listeners come and go.
     """
@@ -46,13 +50,17 @@ class ArmFrames:
         except ImportError as error:
             fault = "publish_tf = True: expected False, because tf2_msgs is not installed"
             raise ParameterError([fault]) from error
+        limbs = limbs_of(scene)
         self._names = [BASE, TIP, *chosen_frames(scene, chosen)]
+        self._tips, self._backbones = limbs.several_tips, limbs.several_backbones
         self._backbone, self._message = backbone, TFMessage
         self._publisher = node.create_publisher(
             TFMessage, "/tf", 100, event_callbacks=events(matched, "tf")
         )
         prefix = node.get_fully_qualified_name().lstrip("/")
-        names = self._names + [f"backbone_{i}" for i in range(backbone)]
+        names = self._names + [f"{TIP}/{name}" for name in self._tips]
+        along = [f"backbone/{name}" for name in self._backbones] or ["backbone"]
+        names += [f"{name}_{i}" for name in along for i in range(backbone)]
         self._transforms = [TransformStamped() for _ in names]
         for name, transform in zip(names, self._transforms, strict=True):
             transform.header.frame_id = frame_id
@@ -64,17 +72,18 @@ class ArmFrames:
         from soft_sim_ros.viewing.frames import Frames
 
         spots = [(name, 0.0) for name in self._names]
-        self._frames = Frames(simulation.compiled, simulation.q, spots)
-        self._sampler = simulation.sampler(self._backbone) if self._backbone else None
+        self._sources: list[PoseSource] = [Frames(simulation.compiled, simulation.q, spots)]
+        if self._tips:
+            self._sources.append(simulation.tips())
+        for name in self._backbones or (None,) if self._backbone else ():
+            self._sources.append(simulation.sampler(self._backbone, name))
         self._simulation = simulation
 
     def send(self, time_ns: int) -> None:
         """Publish the present transforms if anybody listens."""
         if self._simulation is None or not self._publisher.get_subscription_count():
             return
-        poses = self._frames.poses().tolist()
-        if self._sampler is not None:
-            poses += self._sampler.poses().tolist()
+        poses = [pose for source in self._sources for pose in source.poses().tolist()]
         sec, nanosec = divmod(time_ns, 1_000_000_000)
         for transform, (x, y, z, qx, qy, qz, qw) in zip(self._transforms, poses, strict=True):
             stamp = transform.header.stamp

@@ -72,7 +72,7 @@ def axis_of(content: Scan, known: dict[str, int]) -> Axis:
     content : the recording
     known : key of a topic → index of its channel
     """
-    stamped = frozenset(index for key, index in known.items() if key in STAMPED)
+    stamped = frozenset(index for key, index in known.items() if key.partition("/")[0] in STAMPED)
     pairs = [
         (time_ns, stamp_of(data)) for time_ns, index, data in content.messages if index in stamped
     ]

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_sim_ros.errors import RecordingError
-from soft_sim_ros.foreign import printable
 from soft_sim_ros.recording import topics
 from soft_sim_ros.recording.axis import LOG, axis_of
 from soft_sim_ros.recording.claims import words
 from soft_sim_ros.recording.decode import Decoded, DecodeError, Stack, Wrench, decode, stack
+from soft_sim_ros.recording.known import find_known
 from soft_sim_ros.recording.mcap_file import RECORD_NAME
 from soft_sim_ros.recording.scan import Scan, scan
 from soft_sim_ros.recording.series import EnergySeries, JointSeries, PoseSeries
@@ -70,7 +70,7 @@ class Run:
         self.attachments: dict[str, bytes] = content.attachments
         self.metadata: dict[str, str] = content.metadata.get(RECORD_NAME, {})
         self.channels = content.channels
-        self._known = self._find_known(node)
+        self._known = find_known(self.path, self.channels, node)
         ours = RECORD_NAME in content.metadata  # written by this package: by simulation time
         axis = LOG if ours else axis_of(content, self._known)
         self.time_axis: str = axis.words
@@ -88,19 +88,23 @@ class Run:
 
     @cached_property
     def backbone(self) -> PoseSeries:
-        """Poses along the arm: ``.poses`` (T, N, 7)."""
-        time_ns, content = self._series("backbone")
-        if content is None:
-            return PoseSeries(time_ns, "", np.empty((0, 0, 7)))
-        return PoseSeries(time_ns, content.frame_id, content.blocks[0].reshape(len(time_ns), -1, 7))
+        """Poses along the arm: ``.poses`` (T, N, 7); of several backbones, the last one."""
+        return self._last(topics.BACKBONE, self.backbones, 3)
+
+    @cached_property
+    def backbones(self) -> dict[str, PoseSeries]:
+        """Poses along each backbone by its name; one alone is called ``""``."""
+        return self._limbs(topics.BACKBONE, 3)
 
     @cached_property
     def tip_pose(self) -> PoseSeries:
-        """Pose of the tip: ``.poses`` (T, 7)."""
-        time_ns, content = self._series("tip_pose")
-        if content is None:
-            return PoseSeries(time_ns, "", np.empty((0, 7)))
-        return PoseSeries(time_ns, content.frame_id, content.blocks[0])
+        """Pose of the tip: ``.poses`` (T, 7); of several tips, the last one."""
+        return self._last(topics.TIP_POSE, self.tip_poses, 2)
+
+    @cached_property
+    def tip_poses(self) -> dict[str, PoseSeries]:
+        """Pose of each tip by the name of the body that ends there; one alone is called ``""``."""
+        return self._limbs(topics.TIP_POSE, 2)
 
     @cached_property
     def joint_states(self) -> JointSeries:
@@ -210,32 +214,6 @@ class Run:
 
     # -- inside -------------------------------------------------------------------------------
 
-    def _find_known(self, node: str | None) -> dict[str, int]:
-        """Map the keys of our topics to the channels that carry them."""
-        known: dict[str, int] = {}
-        for key, (name, kind, _) in topics.ALL.items():
-            last = name.rpartition("/")[2]
-            fitting = [
-                index
-                for index, channel in enumerate(self.channels)
-                if channel.type == kind
-                and channel.topic.rpartition("/")[2] == last
-                and (node is None or channel.topic == topics.resolve(name, node))
-            ]
-            if len(fitting) > 1:
-                named = ", ".join(printable(self.channels[index].topic) for index in fitting[:8])
-                reason = f"holds several arms ({named}): say which with node=…"
-                raise RecordingError(self.path, reason)
-            if fitting:
-                known[key] = fitting[0]
-        if self.channels and not known:
-            found = ", ".join(f"{printable(f'{c.topic} ({c.type})')}" for c in self.channels[:8])
-            expected = ", ".join(name for name, *_ in topics.ALL.values())
-            of = "" if node is None else f" of {node}"
-            reason = f"holds none of the topics {expected}{of}; it holds {found}"
-            raise RecordingError(self.path, reason)
-        return known
-
     def _series(self, key: str) -> tuple[NDArray[np.int64], Stack | None]:
         index = self._known.get(key, -1)
         chosen = [(time_ns, data) for time_ns, at, data in self._messages if at == index]
@@ -247,6 +225,25 @@ class Run:
         except DecodeError as reason:
             topic = self.channels[index].topic
             raise RecordingError(self.path, f"cannot be decoded on {topic}: {reason}") from reason
+
+    def _limbs(self, key: str, ndim: int) -> dict[str, PoseSeries]:
+        names = [k.partition("/")[2] for k in self._known if k.startswith(f"{key}/")]
+        if not names and key in self._known:
+            names = [""]
+        return {name: self._poses(f"{key}/{name}" if name else key, ndim) for name in names}
+
+    def _last(self, key: str, limbs: dict[str, PoseSeries], ndim: int) -> PoseSeries:
+        if limbs and ("" in limbs or key not in self._known):
+            return list(limbs.values())[-1]
+        return self._poses(key, ndim)
+
+    def _poses(self, key: str, ndim: int) -> PoseSeries:
+        """Return poses with so many dimensions: (T, N, 7) or (T, 7)."""
+        time_ns, content = self._series(key)
+        if content is None:
+            return PoseSeries(time_ns, "", np.empty((0, 0, 7)[-ndim:]))
+        shape = (len(time_ns), -1, 7) if ndim == 3 else (len(time_ns), 7)
+        return PoseSeries(time_ns, content.frame_id, content.blocks[0].reshape(shape))
 
     def _joints(self, key: str) -> JointSeries:
         time_ns, content = self._series(key)

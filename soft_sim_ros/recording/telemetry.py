@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -15,16 +16,17 @@ from soft_sim_ros.recording.cdr import (
     PoseArrayBuffer,
     PoseStampedBuffer,
 )
-from soft_sim_ros.recording.topics import output_topics
+from soft_sim_ros.recording.topics import BACKBONE, TIP_POSE, output_topics
+from soft_sim_ros.scene.limbs import CHAIN, Limbs
 
 Floats = NDArray[np.float64]
 
 
 class PoseSource(Protocol):
-    """What Telemetry needs of a ``Sampler``."""
+    """What Telemetry needs of ``Frames``."""
 
     def poses(self) -> Floats:
-        """Give the poses (N, 7) along the arm, base to tip."""
+        """Give poses (N, 7), such as those along the arm, base to tip."""
 
 
 class Observable(Protocol):
@@ -50,8 +52,11 @@ class Observable(Protocol):
     def actuator_names(self) -> Sequence[str]:
         """Names of the actuators."""
 
-    def sampler(self, poses: int) -> PoseSource:
-        """Give a sampler of ``poses`` poses, equally spaced in arc length."""
+    def sampler(self, poses: int, backbone: str | None = None) -> PoseSource:
+        """Give a sampler of ``poses`` poses, equally spaced in arc length; of the last backbone."""
+
+    def tips(self) -> PoseSource:
+        """Give a sampler of all tips."""
 
     def ports(self) -> tuple[Floats, Floats, Floats]:
         """Give position, velocity and effort of every actuator."""
@@ -69,10 +74,16 @@ class Telemetry:
     Parameters
     ----------
     simulation : the simulation that is watched
-    poses : number of backbone poses N, at least 2
+    poses : number of poses N of a backbone, at least 2
     frame_id : frame the poses are given in
     prefix : full name of the node, such as ``/arm1/soft_arm``
     one_label : whether ``energy`` has its names in one label, as in recordings of old
+    limbs : backbones and tips of the scene
+
+    Attributes
+    ----------
+    topics : what there is
+    builders : key of a topic → the method that builds its message
     """
 
     def __init__(
@@ -82,13 +93,23 @@ class Telemetry:
         frame_id: str,
         prefix: str,
         one_label: bool = False,
+        *,
+        limbs: Limbs = CHAIN,
     ) -> None:
         if poses < 2:
             raise ValueError(f"poses = {poses}: expected at least 2, the base and the tip")
-        self.topics = output_topics(prefix)
+        self.topics = output_topics(prefix, limbs)
         self.offset_ns = 0  # from simulation time to stamps
         self._simulation = simulation
-        self._sampler = simulation.sampler(poses)
+        names = limbs.several_backbones
+        self._shapes = {
+            name: _Sampled(simulation, simulation.sampler(poses, name)) for name in names
+        }
+        self._shape = (
+            self._shapes[names[-1]] if names else _Sampled(simulation, simulation.sampler(poses))
+        )
+        # the end of a chain is the last of its poses, whose sampling it shares
+        self._tips = _Sampled(simulation, simulation.tips()) if limbs.branched else self._shape
         self._backbone = PoseArrayBuffer(frame_id, poses)
         self._tip = PoseStampedBuffer(frame_id)
         self._joints = JointStateBuffer(simulation.actuator_names)
@@ -96,29 +117,29 @@ class Telemetry:
         self._energy = Float64MultiArrayBuffer(
             len(LEDGER), ",".join(LEDGER) if one_label else LEDGER
         )
-        self._posed_for: bytes | None = None
-        self._poses: Floats = np.empty((poses, 7))
+        self.builders: dict[str, Callable[[], bytes]] = {}
+        tips = {f"{TIP_POSE}/{name}": i for i, name in enumerate(limbs.tips)}
+        for one in self.topics:
+            if one.key.startswith(f"{BACKBONE}/"):
+                self.builders[one.key] = partial(self.backbone, one.key.partition("/")[2])
+            elif one.key in tips:
+                self.builders[one.key] = partial(self.tip_pose, tips[one.key])
+            else:
+                self.builders[one.key] = getattr(self, one.key)
 
     @property
     def stamp_ns(self) -> int:
         """Time that the messages of the present state carry, ns."""
         return self._simulation.time_ns + self.offset_ns
 
-    def _sample(self) -> Floats:
-        """Give the poses (N, 7); the backbone and the tip of one state share one sampling."""
-        configuration = self._simulation.q.tobytes()
-        if configuration != self._posed_for:
-            self._poses = self._sampler.poses()
-            self._posed_for = configuration
-        return self._poses
+    def backbone(self, name: str | None = None) -> bytes:
+        """Poses along a backbone, a PoseArray; by default the last one, of a chain the only one."""
+        shape = self._shape if name is None else self._shapes[name]
+        return self._backbone.fill(self.stamp_ns, shape.poses())
 
-    def backbone(self) -> bytes:
-        """Poses along the arm, a PoseArray."""
-        return self._backbone.fill(self.stamp_ns, self._sample())
-
-    def tip_pose(self) -> bytes:
-        """Pose of the tip, a PoseStamped."""
-        return self._tip.fill(self.stamp_ns, self._sample()[-1])
+    def tip_pose(self, index: int = -1) -> bytes:
+        """Pose of a tip, a PoseStamped; by default of the last one."""
+        return self._tip.fill(self.stamp_ns, self._tips.poses()[index])
 
     def joint_states(self) -> bytes:
         """Conjugate position, velocity and effort of every actuator, a JointState."""
@@ -131,3 +152,20 @@ class Telemetry:
     def energy(self) -> bytes:
         """Energy ledger in J, a Float64MultiArray with a label for every number."""
         return self._energy.fill(self._simulation.ledger())
+
+
+class _Sampled:
+    """Poses of a simulation, sampled once for every state."""
+
+    def __init__(self, simulation: Observable, source: PoseSource) -> None:
+        self._simulation, self._source = simulation, source
+        self._posed_for: bytes | None = None
+        self._poses: Floats = np.empty((0, 7))
+
+    def poses(self) -> Floats:
+        """Give the poses (N, 7) of the present state."""
+        configuration = self._simulation.q.tobytes()
+        if configuration != self._posed_for:
+            self._poses = self._source.poses()
+            self._posed_for = configuration
+        return self._poses

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from soft_sim_ros.scene.limbs import CHAIN, Limbs
+
 FLOATS = "std_msgs/msg/Float64MultiArray"
 JOINTS = "sensor_msgs/msg/JointState"
 POSE = "geometry_msgs/msg/PoseStamped"
@@ -28,7 +30,8 @@ class Topic:
 
     Parameters
     ----------
-    key : short name within this package, such as ``backbone``
+    key : short name within this package, such as ``backbone``, or ``backbone/left`` where there are
+        several
     name : full topic name, such as ``/arm1/soft_arm/backbone``
     type : full message type, such as ``geometry_msgs/msg/PoseArray``
     qos : quality of service offered (or, for inputs, asked for)
@@ -55,6 +58,7 @@ INPUTS = {
 }
 EVENTS = {"events": ("~/events", STRING, 100)}
 ALL = {**OUTPUTS, **INPUTS, **EVENTS}
+BACKBONE, TIP_POSE = LIMBS = "backbone", "tip_pose"  # there may be several of each
 # for viewers only, not recorded: they follow from the scene and the recorded topics
 MARKERS, FIXED_MARKERS = "markers", "fixed_markers"
 VIEWS = {
@@ -84,15 +88,31 @@ def topic(key: str, prefix: str, qos: Qos | None = None) -> Topic:
     if key in VIEWS:
         name, kind, own = VIEWS[key]
         return Topic(key, resolve(name, prefix), kind, qos or own)
-    name, kind, depth = ALL[key]
-    return Topic(key, resolve(name, prefix), kind, qos or Qos(depth))
+    kind_of, slash, limb = key.partition("/")
+    name, kind, depth = ALL[kind_of]
+    return Topic(key, resolve(name, prefix) + slash + limb, kind, qos or Qos(depth))
 
 
-def output_topics(prefix: str) -> tuple[Topic, ...]:
+def output_keys(limbs: Limbs = CHAIN) -> list[str]:
+    """Give the keys of what a simulation publishes.
+
+    Of several backbones, each has a topic of its own. Of several tips, each has one besides the
+    topic of the last one, which is the tip.
+    """
+    keys = []
+    for key in OUTPUTS:
+        if key != BACKBONE or not limbs.several_backbones:
+            keys.append(key)
+        more = {BACKBONE: limbs.several_backbones, TIP_POSE: limbs.several_tips}.get(key, ())
+        keys += [f"{key}/{name}" for name in more]
+    return keys
+
+
+def output_topics(prefix: str, limbs: Limbs = CHAIN) -> tuple[Topic, ...]:
     """Give the topics a simulation publishes."""
-    return tuple(topic(key, prefix) for key in OUTPUTS)
+    return tuple(topic(key, prefix) for key in output_keys(limbs))
 
 
-def recorded_topics(prefix: str) -> tuple[Topic, ...]:
+def recorded_topics(prefix: str, limbs: Limbs = CHAIN) -> tuple[Topic, ...]:
     """Give every topic of a recording: outputs, inputs and events."""
-    return tuple(topic(key, prefix) for key in ALL)
+    return output_topics(prefix, limbs) + tuple(topic(key, prefix) for key in (*INPUTS, *EVENTS))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from soft_sim_ros.recording.decode import FloatArray, JointState, Wrench
 from soft_sim_ros.recording.reader import Input, Run
-from soft_sim_ros.recording.series import JointSeries
+from soft_sim_ros.recording.series import JointSeries, PoseSeries
 from soft_sim_ros.report.units import UNKNOWN, labelled, port_units
 from soft_sim_ros.scene.actuator import Units
 
@@ -54,10 +54,10 @@ def export_csv(run: Run, directory: str | Path) -> list[Path]:
             writer.writerows(map(repr, row) for row in rows.tolist())
         written.append(path)
 
-    backbone = run.backbone
-    poses = [f"{name}{index}" for index in range(backbone.poses.shape[1]) for name in _POSE]
-    table("backbone", backbone.time, poses, backbone.poses)
-    table("tip_pose", run.tip_pose.time, _POSE, run.tip_pose.poses)
+    for name, series in _poses(run).items():
+        many = range(series.poses.shape[1]) if series.poses.ndim == 3 else ("",)
+        columns = [f"{part}{index}" for index in many for part in _POSE]
+        table(name, series.time, columns, series.poses)
     for name, joints in (("joint_states", run.joint_states), ("strain_state", run.strain_state)):
         columns, values = _columns(joints, units if name == "joint_states" else {})
         table(name, joints.time, columns, values)
@@ -90,11 +90,10 @@ def export_npz(run: Run, file: str | Path) -> Path:
     path = Path(file)
     if path.suffix != ".npz":
         path = path.with_name(path.name + ".npz")
-    arrays: dict[str, Any] = {
-        "backbone_time_ns": run.backbone.time_ns,
-        "backbone_poses": run.backbone.poses,
-        "tip_pose_time_ns": run.tip_pose.time_ns,
-        "tip_pose_poses": run.tip_pose.poses,
+    arrays: dict[str, Any] = {}
+    for name, series in _poses(run).items():
+        arrays[f"{name}_time_ns"], arrays[f"{name}_poses"] = series.time_ns, series.poses
+    arrays |= {
         "energy_time_ns": run.energy.time_ns,
         "energy_names": np.array(run.energy.names, dtype=str),
         "energy_values": run.energy.values,
@@ -107,6 +106,13 @@ def export_npz(run: Run, file: str | Path) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     np.savez_compressed(path, **arrays)
     return path
+
+
+def _poses(run: Run) -> dict[str, PoseSeries]:
+    """Return all poses by the names of their tables; each of several has its own."""
+    named = {f"backbone_{name}": one for name, one in run.backbones.items() if name}
+    tips = {f"tip_pose_{name}": one for name, one in run.tip_poses.items() if name}
+    return (named or {"backbone": run.backbone}) | {"tip_pose": run.tip_pose} | tips
 
 
 def _columns(joints: JointSeries, units: Mapping[str, Units]) -> tuple[list[str], NDArray]:

@@ -12,7 +12,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from numpy.typing import NDArray
 
 from soft_sim_ros.recording.reader import Run
-from soft_sim_ros.report.numbers import drawable
+from soft_sim_ros.report.shapes import shapes_of
 from soft_sim_ros.report.style import FAINT, INK, TIME_COLOURS, stride
 
 SNAPSHOTS = 9
@@ -21,18 +21,19 @@ ABOVE = (0, 1)
 
 
 def motion(run: Run, snapshots: int = SNAPSHOTS) -> Figure:
-    """Draw the backbone in space, from the side where most is to be seen, and from above.
+    """Draw the backbones in space, from the side where most is to be seen, and from above.
 
     Parameters
     ----------
-    run : recording with at least one backbone that is drawable
+    run : recording with at least one instant at which the backbones are drawable
     snapshots : number of instants drawn
     """
-    drawn = drawable(run)
-    times, positions = run.backbone.time[drawn], run.backbone.positions[drawn]
+    shapes = shapes_of(run)
+    shapes = shapes.at(shapes.drawable)
+    times, positions = shapes.time, shapes.poses[..., :3]
     chosen = stride(len(times), snapshots)
-    curves = positions[chosen]
-    path = positions[stride(len(times), 600), -1]
+    curves = [positions[chosen, part] for part in shapes.parts]
+    paths = [positions[stride(len(times), 600), part.stop - 1] for part in shapes.parts]
     path_time = times[stride(len(times), 600)]
     low, high = _box(positions)
     span = Normalize(times[0], max(times[-1], times[0] + 1e-3))
@@ -51,11 +52,13 @@ def motion(run: Run, snapshots: int = SNAPSHOTS) -> Figure:
         grid = figure.add_gridspec(2, 2, width_ratios=[1.5, 1])
         places = [grid[:, 0], grid[0, 1], grid[1, 1]]
     space = figure.add_subplot(places[0], projection="3d", proj_type="ortho")
-    _draw_space(space, curves, path, shades, low, high)
+    for curve, path in zip(curves, paths, strict=True):
+        _draw_space(space, curve, path, shades, low, high)
     space.set_box_aspect(extent, zoom=0.98 if tall else 1.08)
     for place, (across, up) in zip(places[1:], planes, strict=True):
         axes = figure.add_subplot(place)
-        _draw_plane(axes, curves, path, path_time, shades, span, (across, up))
+        for curve, path in zip(curves, paths, strict=True):
+            _draw_plane(axes, curve, path, path_time, shades, span, (across, up))
         axes.set(xlim=(low[across], high[across]), ylim=(low[up], high[up]))
         axes.set_title("from above" if (across, up) == ABOVE else "from the side")
     bar = figure.colorbar(colours, ax=figure.axes, shrink=0.6, aspect=30, pad=0.02)

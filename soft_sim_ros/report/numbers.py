@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from soft_sim_ros.foreign import printable
 from soft_sim_ros.recording import claims
 from soft_sim_ros.recording.reader import Run
-from soft_sim_ros.report.style import shown
 from soft_sim_ros.report.units import grouped, port_units
 
 SUMMARY = "summary.json"
 _MOST_ROWS = 100
 _LONGEST = 200  # characters of a text in a table
+MOST_TIPS = 16  # no more are told of, or drawn
 Rows = list[tuple[str, str]]
+Path3 = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def read_summary(directory: Path) -> dict[str, Any]:
@@ -26,14 +27,15 @@ def read_summary(directory: Path) -> dict[str, Any]:
     return claims.summary(directory / SUMMARY)
 
 
-def tip_path(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give time (T,) in s and position (T, 3) in m of the tip, from whichever topic has it."""
-    if len(run.tip_pose):
-        return run.tip_pose.time, run.tip_pose.positions
-    backbone = run.backbone
-    if len(backbone) == 0:
-        return backbone.time, np.empty((0, 3))
-    return backbone.time, backbone.positions[:, -1]
+def tip_paths(run: Run) -> dict[str, Path3]:
+    """Give time (T,) in s and positions (T, 3) in m of every tip, from whichever topic has them.
+
+    One alone is called ``""``.
+    """
+    found = {name: (one.time, one.positions) for name, one in run.tip_poses.items() if len(one)}
+    return found or {
+        name: (one.time, one.positions[:, -1]) for name, one in run.backbones.items() if len(one)
+    }
 
 
 def fastest(time: NDArray[np.float64], position: NDArray[np.float64]) -> float:
@@ -44,19 +46,12 @@ def fastest(time: NDArray[np.float64], position: NDArray[np.float64]) -> float:
     return float((steps[moved] / np.diff(time)[moved]).max(initial=0.0)) if moved.any() else np.nan
 
 
-def drawable(run: Run) -> NDArray:
-    """Tell which backbones (T,) can be drawn: all of their positions are numbers, and sane ones."""
-    positions = run.backbone.positions
-    if not positions.size:
-        return np.zeros(len(run.backbone), bool)
-    return np.isfinite(shown(positions)).all(axis=(1, 2))
-
-
 def not_finite(run: Run) -> int:
     """Count the recorded states in which some number is not finite."""
-    series = (run.backbone.poses, run.tip_pose.poses, run.joint_states.position,
-              run.joint_states.velocity, run.joint_states.effort, run.strain_state.position,
-              run.strain_state.velocity, run.energy.values)  # fmt: skip
+    poses = [one.poses for one in (*run.backbones.values(), *run.tip_poses.values())]
+    series = (*poses, run.joint_states.position, run.joint_states.velocity,
+              run.joint_states.effort, run.strain_state.position, run.strain_state.velocity,
+              run.energy.values)  # fmt: skip
     parts = [values.reshape(len(values), -1) for values in series if values.size]
     return max((int((~np.isfinite(part)).any(axis=1).sum()) for part in parts), default=0)
 
@@ -68,22 +63,15 @@ def motion_rows(run: Run) -> Rows:
         ("Times are", run.time_axis),
         ("Messages", f"{sum(run.counts.values()):,}"),
     ]
-    time, position = tip_path(run)
-    if len(time) > 1:
-        with np.errstate(invalid="ignore", over="ignore"):
-            steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
-            extent = np.ptp(position, axis=0)
-        rows += [
-            ("Path of the tip", f"{steps.sum():.4g} m"),
-            ("Room taken by the tip", " × ".join(f"{e:.3g}" for e in extent) + " m"),
-            ("Fastest tip speed", f"{fastest(time, position):.4g} m/s"),
-            ("Tip at the end", "(" + ", ".join(f"{p:.5g}" for p in position[-1]) + ") m"),
-        ]
+    for name, path in list(tip_paths(run).items())[:MOST_TIPS]:
+        rows += _tip_rows(f" {name}" if name else "", *path)
     for title, series in (("Actuators", run.joint_states), ("Coordinates", run.strain_state)):
         if series.name:
             rows.append((title, str(len(series.name))))
     if run.backbone.poses.shape[1]:
-        rows.append(("Backbone poses", str(run.backbone.poses.shape[1])))
+        names = [short(name) for name in run.backbones if name]
+        each = f" of each: {', '.join(names[:MOST_TIPS])}" if names else ""
+        rows.append(("Backbone poses", f"{run.backbone.poses.shape[1]}{each}"))
     if run.joint_states.effort.size:
         rows.append(("Largest effort", ", ".join(_largest_efforts(run))))
     commands = len(run.commands)
@@ -91,6 +79,20 @@ def motion_rows(run: Run) -> Rows:
         ("Commands, wrenches, events", f"{commands}, {len(run.wrenches)}, {len(run.events)}")
     )
     return rows
+
+
+def _tip_rows(name: str, time: NDArray[np.float64], position: NDArray[np.float64]) -> Rows:
+    if len(time) < 2:
+        return []
+    with np.errstate(invalid="ignore", over="ignore"):
+        steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+        extent = np.ptp(position, axis=0)
+    return [
+        (f"Path of the tip{name}", f"{steps.sum():.4g} m"),
+        (f"Room taken by the tip{name}", " × ".join(f"{e:.3g}" for e in extent) + " m"),
+        (f"Fastest tip speed{name and ','}{name}", f"{fastest(time, position):.4g} m/s"),
+        (f"Tip{name} at the end", "(" + ", ".join(f"{p:.5g}" for p in position[-1]) + ") m"),
+    ]
 
 
 def _largest_efforts(run: Run) -> list[str]:

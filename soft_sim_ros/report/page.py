@@ -6,6 +6,7 @@ import base64
 import html
 import io
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ from soft_sim_ros.foreign import printable
 from soft_sim_ros.recording.claims import scene_name
 from soft_sim_ros.recording.reader import Run, read_run
 from soft_sim_ros.report import numbers, view
+from soft_sim_ros.report.shapes import shapes_of
 from soft_sim_ros.report.style import RC
 
 if TYPE_CHECKING:
@@ -96,7 +98,7 @@ def picture(run: Run | str | Path, path: str | Path) -> Path:
         raise RecordingError(run.path, "cannot be drawn: it holds no backbone messages")
     from soft_sim_ros.report.motion import motion
 
-    if not numbers.drawable(run).any():
+    if not shapes_of(run).drawable.any():
         raise RecordingError(run.path, "cannot be drawn: no backbone in it has finite positions")
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -182,8 +184,11 @@ def _pictures(run: Run, summary: dict) -> str:
     from soft_sim_ros.report.motion import motion
 
     pictures: list[tuple[str, bool, Callable[[], Figure]]] = [
-        ("Backbone and path of the tip", bool(numbers.drawable(run).any()), lambda: motion(run)),
-        ("Tip", len(numbers.tip_path(run)[0]) > 0, lambda: plots.tip(run)),
+        ("Backbone and path of the tip", bool(shapes_of(run).drawable.any()), lambda: motion(run)),
+        *(
+            (f"Tip {name}".rstrip(), True, partial(plots.tip, run, name))
+            for name in list(numbers.tip_paths(run))[: numbers.MOST_TIPS]
+        ),
         ("Actuators", bool(run.joint_states.name), lambda: plots.actuators(run)),
         ("Energy", len(run.energy) > 0, lambda: plots.energy(run)),
         (

@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
 from soft_sim_ros.recording.reader import Run
-from soft_sim_ros.report.numbers import short, tip_path
+from soft_sim_ros.report.numbers import short, tip_paths
 from soft_sim_ros.report.style import COLOURS, FAINT, INK, look, shown, thin
 from soft_sim_ros.report.units import grouped, port_units
 
@@ -23,9 +23,9 @@ _APART = 0.08  # of the time shown: events closer than this share one label
 _MOST_LINES = 64  # no more are drawn
 
 
-def tip(run: Run) -> Figure:
-    """Draw the position of the tip and its speed."""
-    time, position = tip_path(run)
+def tip(run: Run, name: str = "") -> Figure:
+    """Draw the position of a tip and its speed."""
+    time, position = tip_paths(run)[name]
     figure, (upper, lower) = _two(2.0, 1.0)
     for index, name in enumerate("xyz"):
         upper.plot(*thin(time, position[:, index]), label=name, **look(index))

@@ -70,9 +70,11 @@
   scene.add(grid);
   const axes = new THREE.AxesHelper(0.15 * reach);
   scene.add(axes);
-  const trail = new THREE.BufferGeometry();
-  trail.setAttribute("position", new THREE.Float32BufferAttribute(meta.trail, 3));
-  scene.add(new THREE.Line(trail, new THREE.LineBasicMaterial({ color: 0x66717d })));
+  for (const points of meta.trails) {
+    const trail = new THREE.BufferGeometry();
+    trail.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+    scene.add(new THREE.Line(trail, new THREE.LineBasicMaterial({ color: 0x66717d })));
+  }
 
   const ramp = [[0, 0.45, 0.7], [0.94, 0.8, 0.25], [0.84, 0.37, 0]];
   const shade = (colour, share) => {

@@ -10,9 +10,10 @@ import math
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_sim_ros.recording.reader import Run
-from soft_sim_ros.report.numbers import drawable
+from soft_sim_ros.report.shapes import shapes_of
 from soft_sim_ros.report.style import shown, stride
 from soft_sim_ros.report.units import scene_of
 from soft_sim_ros.scene.taper import Floats
@@ -23,6 +24,7 @@ _LIBRARY = _FOLDER / "vendor" / "three.module.min.js"
 _LICENCE = _FOLDER / "vendor" / "LICENSE.three.txt"
 _PROGRAM = _FOLDER / "view.js"
 FRAMES, POSES, TRAIL = 400, 61, 800  # most of them that a page holds
+FEWEST = 13  # poses of each backbone, where there are many
 _WHOLE = 32767  # the largest number of 16 bits
 CSS = """
 #view { position: relative; }
@@ -40,17 +42,22 @@ CSS = """
 
 
 def section(run: Run) -> str:
-    """Return the HTML of the view; empty where there is no backbone that can be drawn."""
-    found = np.flatnonzero(drawable(run))
-    if not len(found) or run.backbone.poses.shape[1] < 2:
+    """Return the HTML of the view; empty where there is no shape that can be drawn."""
+    shapes = shapes_of(run)
+    found = np.flatnonzero(shapes.drawable)
+    if not len(found) or any(part.stop - part.start < 2 for part in shapes.parts):
         return ""
     chosen = found[stride(len(found), FRAMES)]
-    picked = stride(run.backbone.poses.shape[1], POSES)
-    poses = run.backbone.poses[chosen][:, picked]
+    most = max(POSES // len(shapes.parts), FEWEST)
+    shares = [part.start + stride(part.stop - part.start, most) for part in shapes.parts]
+    picked = np.concatenate(shares)
+    poses = shapes.poses[chosen][:, picked]
     scene = scene_of(run)
     positions = poses[..., :3]
+    counts = {name: len(own) for name, own in zip(shapes.names, shares, strict=True)}
     steps = np.linalg.norm(np.diff(positions, axis=1), axis=2)
-    tubes = recorded_tubes(scene, len(picked), float(steps.sum(axis=1).max()))
+    steps[:, np.cumsum(list(counts.values()))[:-1] - 1] = 0.0  # from one backbone to the next
+    tubes = recorded_tubes(scene, counts, float(steps.sum(axis=1).max()))
     names = [tube.actuator for tube in tubes if tube.actuator is not None]
     low, high = positions.min(axis=(0, 1)), positions.max(axis=(0, 1))
     extent = float(np.ptp(positions, axis=(0, 1)).max()) or 1.0
@@ -60,12 +67,15 @@ def section(run: Run) -> str:
     numbers[:, : 7 * len(picked)] = np.concatenate(
         [np.rint((positions - low) / grain) - _WHOLE, np.rint(_upright(poses) * _WHOLE)], axis=2
     ).reshape(len(chosen), -1)
-    numbers[:, 7 * len(picked) :] = np.rint(_shares(run, chosen, names) * _WHOLE)
-    trail = run.backbone.positions[found[stride(len(found), TRAIL)], -1]
+    moments = shapes.time_ns[chosen]
+    numbers[:, 7 * len(picked) :] = np.rint(_shares(run, moments, names) * _WHOLE)
+    trails = [
+        shapes.poses[found[stride(len(found), TRAIL)], part.stop - 1, :3] for part in shapes.parts
+    ]
     meta = {
         "frames": len(chosen),
         "poses": len(picked),
-        "times": np.round(run.backbone.time[chosen], 6).tolist(),
+        "times": np.round(moments / 1e9, 6).tolist(),
         "low": low.tolist(),
         "step": grain,
         "shares": len(names),
@@ -73,7 +83,7 @@ def section(run: Run) -> str:
         "middle": ((low + high) / 2).tolist(),
         "reach": max(0.6 * extent, 1e-6),
         "floor": float(low[2] - 0.06 * extent),
-        "trail": np.round(trail, digits).ravel().tolist(),
+        "trails": [np.round(trail, digits).ravel().tolist() for trail in trails],
         "legend": _legend(names, scene is None),
     }
     data = json.dumps(meta, separators=(",", ":"), allow_nan=False)
@@ -104,13 +114,13 @@ def _upright(poses: Floats) -> Floats:
     return np.where(good, quaternions / np.where(good, size, 1.0), [0.0, 0.0, 0.0, 1.0])
 
 
-def _shares(run: Run, chosen: np.ndarray, names: list[str]) -> Floats:
+def _shares(run: Run, time_ns: NDArray[np.int64], names: list[str]) -> Floats:
     """Return what part of its largest effort in this run each actuator gives, at every frame."""
-    out = np.zeros((len(chosen), len(names)))
+    out = np.zeros((len(time_ns), len(names)))
     joints = run.joint_states
     if not joints.effort.size:
         return out
-    at = np.searchsorted(joints.time_ns, run.backbone.time_ns[chosen]).clip(0, len(joints) - 1)
+    at = np.searchsorted(joints.time_ns, time_ns).clip(0, len(joints) - 1)
     for column, name in enumerate(names):
         if name in joints.name:
             effort = np.nan_to_num(shown(joints.effort[:, joints.name.index(name)]))

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from soft_sim_ros.scene import Rod, Scene
 from soft_sim_ros.scene.actuator import ChamberActuator, TendonActuator
+from soft_sim_ros.scene.limbs import limbs_of
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.viewing.outline import SIDES, Path, outline, rods_of, thickness
 
@@ -32,22 +35,34 @@ class RecordedTube:
     actuator: str | None = None
 
 
-def recorded_tubes(scene: Scene | None, poses: int, length: float) -> list[RecordedTube]:
+def recorded_tubes(
+    scene: Scene | None, poses: Mapping[str, int], length: float
+) -> list[RecordedTube]:
     """Return the tubes of rods, tendons and chambers through poses at equal arc lengths.
 
     Parameters
     ----------
     scene : None where the recording has none that can be read: the arm is a plain tube then
-    poses : number of recorded poses, base to tip
+    poses : name of each backbone → number of its recorded poses, base to tip, all one after the
+        other; one alone may be called ``""``
     length : of the arm in m, for one without a scene
     """
-    rods = rods_of(scene) if scene else []
-    if scene is None or not rods:
+    rows = _rows(scene, list(poses)) if scene else None
+    if scene is None or not rows:
         angle = 2 * np.pi * np.arange(SIDES) / SIDES
         ring = SLENDER * length * np.column_stack([np.cos(angle), np.sin(angle)])
-        return [RecordedTube(tuple(range(poses)), np.broadcast_to(ring, (poses, SIDES, 2)))]
-    places = _places(rods, poses)
+        ends = np.cumsum([0, *poses.values()]).tolist()
+        return [
+            RecordedTube(tuple(range(a, b)), np.broadcast_to(ring, (b - a, SIDES, 2)))
+            for a, b in itertools.pairwise(ends)
+        ]
+    places = [
+        place
+        for row, count in zip(rows, poses.values(), strict=True)
+        for place in _places(row, count)
+    ]
     tubes = []
+    rods = [rod for row in rows for rod in row]
     for rod in rods:
         own = [(i, s) for i, (name, s) in enumerate(places) if name == rod.name]
         if len(own) > 1:
@@ -58,6 +73,17 @@ def recorded_tubes(scene: Scene | None, poses: int, length: float) -> list[Recor
         if isinstance(actuator, TendonActuator | ChamberActuator):
             tubes += _path(actuator, places, thin)
     return tubes
+
+
+def _rows(scene: Scene, names: list[str]) -> list[list[Rod]] | None:
+    """Return the rods of each of some backbones; None if the scene has others."""
+    rods, found = iter(rods_of(scene)), {}
+    limbs = limbs_of(scene)
+    for name, row in zip(limbs.backbones, limbs.rows, strict=True):
+        found[name] = [next(rods) for _ in row]
+    if len(found) == len(names) == 1:
+        return list(found.values())
+    return [found[name] for name in names] if set(names) <= found.keys() else None
 
 
 def _places(rods: list[Rod], poses: int) -> list[tuple[str, float]]:

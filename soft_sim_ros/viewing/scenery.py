@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from soft_sim_ros.core.simulation.bounds import Bounds
-from soft_sim_ros.scene import Joint, RigidBody
+from soft_sim_ros.scene import Attachment, Joint, Pose, RigidBody, Scene
 from soft_sim_ros.scene.actuator import ChamberActuator, TendonActuator
 from soft_sim_ros.scene.load import DistributedLoad, PointLoad
+from soft_sim_ros.scene.pose import IDENTITY
 from soft_sim_ros.scene.summary import total_mass
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.viewing import shapes
@@ -27,6 +28,7 @@ from soft_sim_ros.viewing.parts import (
     Solid,
     State,
     Tube,
+    multiply,
     upright,
 )
 from soft_sim_ros.viewing.shapes import Canvas, Shape
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
 STATIONS = 24  # along all rods
 ALONG = 5  # arrows of a load along a rod
 G = 9.81  # m/s²
+SAME = 1e-9  # of two poses: in m, and of a unit quaternion
 AHEAD = np.array([0.0, 0.0, 0.0, 1.0])
 Vector = Callable[[State], Floats]
 
@@ -196,19 +199,41 @@ def semi_axes(body: RigidBody, otherwise: float) -> Floats:
     return np.maximum(axes, 0.2 * otherwise)
 
 
-def plate(simulation: Simulation) -> tuple[Shape, Floats] | None:
-    """Return the plate that holds the base and its pose (7,); None where nothing holds it."""
+def plates(simulation: Simulation) -> list[tuple[Shape, Floats]]:
+    """Return the plates that hold what leaves the base, and their poses (7,); one for each place.
+
+    What begins with a free joint is held by nothing.
+    """
     scene = simulation.scene
-    if any(isinstance(body, Joint) and body.kind == "free" for body in scene.bodies):
-        return None
     size = thickness(scene, simulation.length)
-    shape = Shape("base", 0, shapes.CYLINDER, (5 * size, 5 * size, 0.4 * size), shapes.PLATE)
     base = Frames(simulation.compiled, simulation.q, [(BASE, 0.0)]).poses()
     turn = rotations(base[:, 3:])
-    holder = Solid(shape, 0, np.array([-0.2 * size, 0.0, 0.0]), upright(np.array([1.0, 0.0, 0.0])))
-    canvas = _Blank()
-    holder.draw(State(0.0, base, turn, np.zeros((0, 3)), np.zeros(0), np.zeros(6)), canvas)
-    return shape, canvas.pose
+    found: list[tuple[Shape, Floats]] = []
+    for offset in _held(scene):
+        shape = Shape(
+            "base", len(found), shapes.CYLINDER, (5 * size, 5 * size, 0.4 * size), shapes.PLATE
+        )
+        axis = multiply(offset.quaternion, upright(np.array([1.0, 0.0, 0.0])))
+        back = rotations(offset.quaternion[None])[0][:, 0]
+        holder = Solid(shape, 0, offset.position - 0.2 * size * back, axis)
+        canvas = _Blank()
+        holder.draw(State(0.0, base, turn, np.zeros((0, 3)), np.zeros(0), np.zeros(6)), canvas)
+        if all(np.abs(canvas.pose - pose).max() > SAME for _, pose in found):
+            found.append((shape, canvas.pose))
+    return found
+
+
+def _held(scene: Scene) -> list[Pose]:
+    """Return where bodies leave the base that do not begin with a free joint."""
+    found = []
+    for body in scene.bodies:
+        if scene.forest.parent(body.name) is not None:
+            continue
+        if not isinstance(body, Joint):
+            found.append(scene.attachments.get(body.name, Attachment(None)).offset)
+        elif body.kind != "free":  # the first joint of all is on the base, as far off as it may be
+            found.append(body.offset if body.name in scene.attachments else IDENTITY)
+    return found
 
 
 class _Blank:

@@ -53,17 +53,21 @@ class Urdf:
         self._link(frame_id)
         self._root = self._last = frame_id
         self._pose = np.eye(4)
+        self._links = {frame_id: self._pose}
+        self._ends: dict[str | None, str] = {None: "base_link"}
 
     def build(self) -> str:
         """Return the XML."""
         self._fixed("base_link", self._at(BASE))
         for body in self._scene.bodies:
+            self._go_on_from(self._holder(body.name))
             if isinstance(body, Joint):
                 self._joint(body)
             elif isinstance(body, RigidBody):
                 self._rigid_body(body)
             else:
                 self._rod(body.rod if isinstance(body, FlexibleLink) else body)
+            self._ends[body.name] = self._last
         self._fixed("tip_link", self._at("tip"))
         for actuator in self._scene.actuators:
             if actuator not in self._driven.values():
@@ -71,6 +75,17 @@ class Urdf:
         self._control()
         Xml.indent(self.robot)
         return '<?xml version="1.0"?>\n' + Xml.tostring(self.robot, "unicode") + "\n"
+
+    def _holder(self, name: str) -> str:
+        """Return the link that a body hangs on: the end of its parent, or a piece of that rod."""
+        attachment = self._scene.attachments.get(name)
+        if attachment is None or attachment.parent is None or attachment.s is None:
+            return self._ends[self._scene.forest.parent(name)]
+        rod = self._compiled.chain.rods[attachment.parent].rod
+        return f"{rod.name}_{min(int(attachment.s / rod.length * PIECES), PIECES - 1)}"
+
+    def _go_on_from(self, link: str) -> None:
+        self._last, self._pose = link, self._links[link]
 
     def _at(self, name: str, s: float = 0.0) -> Floats:
         """Return a pose (4, 4) of the arm in the world, all coordinates zero."""
@@ -89,7 +104,8 @@ class Urdf:
         Xml.SubElement(joint, "parent", link=self._last)
         Xml.SubElement(joint, "child", link=link)
         joint.append(_origin(se3.inverse(self._pose) @ pose))
-        self._last, self._pose = link, pose
+        self._links[link] = pose
+        self._go_on_from(link)
         return joint
 
     def _fixed(self, link: str, pose: Floats) -> Xml.Element:
@@ -98,6 +114,8 @@ class Urdf:
 
     def _joint(self, joint: Joint) -> None:
         pose = self._at(joint.name)
+        if joint.driven:
+            self.robot.append(Xml.Comment(f" {joint.name} is driven by the scene: no effort "))
         if joint.kind in ("fixed", "spherical"):
             if joint.kind == "spherical":
                 self.robot.append(Xml.Comment(f" {joint.name} is spherical: fixed here "))
@@ -153,7 +171,7 @@ class Urdf:
 
     def _port(self, actuator: Actuator) -> None:
         """Add a joint of a link without size, at the root: its position is that of the port."""
-        self._last, self._pose = self._root, np.eye(4)
+        self._go_on_from(self._root)
         kind = "continuous" if actuator.units.position == "rad" else "prismatic"
         element = self._connect(actuator.name, kind, f"{actuator.name}_port", np.eye(4))
         Xml.SubElement(element, "axis", xyz="1 0 0")

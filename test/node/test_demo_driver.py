@@ -68,7 +68,7 @@ def test_a_start_that_compiles_nothing_does_not_speak_of_compiling(monkeypatch):
     class Slow:
         def __init__(self, scene):
             self.dynamics = self.q = None
-            self.scene = SimpleNamespace(numerics=None)
+            self.scene = SimpleNamespace(numerics=None, bodies=(), attachments={})
 
         def advance(self, steps):
             for _ in range(200):
@@ -79,7 +79,7 @@ def test_a_start_that_compiles_nothing_does_not_speak_of_compiling(monkeypatch):
     patience = prepare._patience
     monkeypatch.setattr(prepare, "_patience", lambda say, what: patience(say, what, 0.02))
     monkeypatch.setattr(prepare, "Simulation", Slow)
-    monkeypatch.setattr(prepare, "Telemetry", lambda *_: SimpleNamespace(topics=()))
+    monkeypatch.setattr(prepare, "Telemetry", lambda *_, **__: SimpleNamespace(builders={}))
     monkeypatch.setattr(prepare, "draft", lambda scene: scene)
     monkeypatch.setattr(prepare, "long_step", lambda *_: None)
     prepare.warm_up(None, SimpleNamespace(poses=2, frame_id="world"), said.append)

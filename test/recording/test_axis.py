@@ -14,6 +14,7 @@ from soft_sim_ros.recording import cdr
 from soft_sim_ros.recording.reader import read_run
 from soft_sim_ros.recording.topics import recorded_topics
 from soft_sim_ros.report import numbers
+from soft_sim_ros.scene.limbs import CHAIN, Limbs
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 NOW = 1_790_000_000_000_000_000  # ns, by the clock on the wall
@@ -21,7 +22,7 @@ MS = 1_000_000
 NAMES = "kinetic,elastic"
 
 
-def plain(path: Path, slow: int, stamps=None, plugin=StoragePlugin.MCAP) -> Path:
+def plain(path: Path, slow: int, stamps=None, plugin=StoragePlugin.MCAP, limbs=CHAIN) -> Path:
     """Record as ``ros2 bag record`` does: an arm that runs ``slow`` times slower than real time.
 
     A state every 10 ms of simulation; a command halfway between the third and the fourth.
@@ -32,13 +33,14 @@ def plain(path: Path, slow: int, stamps=None, plugin=StoragePlugin.MCAP) -> Path
     with Writer(path, version=9, storage_plugin=plugin) as writer:
         connections = {
             topic.key: writer.add_connection(topic.name, topic.type, typestore=STORE)
-            for topic in recorded_topics("/soft_arm")
+            for topic in recorded_topics("/soft_arm", limbs)
         }
         for index in range(20):
             stamp = index * 10 * MS if stamps is None else stamps[index]
             wall = NOW + index * 10 * MS * slow
+            shape = poses.fill(stamp, np.full((2, 7), index))
             rows = (
-                ("backbone", poses.fill(stamp, np.full((2, 7), index))),
+                *((key, shape) for key in connections if key.startswith("backbone")),
                 ("joint_states", joints.fill(stamp, [index], [0], [0])),
                 ("energy", energy.fill([index, 0.0])),
             )
@@ -62,6 +64,14 @@ def test_a_bag_by_the_clock_on_the_wall_goes_by_the_stamps_of_the_arm(tmp_path, 
     assert abs(command.time_ns - 35 * MS) < 1.5 * MS
     assert run.time_axis == "header stamps" and "by header stamps" in repr(run)
     assert ("Times are", "header stamps") in numbers.motion_rows(run)
+
+
+def test_every_branch_goes_by_its_stamps(tmp_path):
+    limbs = Limbs(backbones=("left", "right"), tips=("left", "right"))
+    run = read_run(plain(tmp_path / "bag", 10, limbs=limbs))
+    assert list(run.backbones) == ["left", "right"]
+    for series in run.backbones.values():
+        np.testing.assert_array_equal(series.time_ns, np.arange(20) * 10 * MS)
 
 
 def test_our_own_recordings_go_by_their_log(record):

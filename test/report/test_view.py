@@ -70,7 +70,7 @@ def test_tubes_through_recorded_poses_have_the_radius_of_the_scene(name):
     poses = simulation.sampler(51).poses()
     turns = rotations(poses[:, 3:])
     scene = simulation.scene
-    tubes = recorded_tubes(scene, 51, simulation.length)
+    tubes = recorded_tubes(scene, {"": 51}, simulation.length)
     assert {t.actuator for t in tubes} > {None}
     bodies = [tube for tube in tubes if tube.actuator is None]
     covered = sorted(i for tube in bodies for i in tube.at)
