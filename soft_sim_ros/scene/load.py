@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from soft_sim_ros.scene.actuator import read_arc_length, read_span
 from soft_sim_ros.scene.body import ROUNDING, Body, FlexibleLink, Rod
 from soft_sim_ros.scene.custom_load import CustomLoad, read_law
 from soft_sim_ros.scene.interval import NONNEGATIVE, Interval
+from soft_sim_ros.scene.read_route import read_arc_length, read_span
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from soft_sim_ros.scene.actuator import read_arc_length
 from soft_sim_ros.scene.attachment import BASE, Attachment, Forest
 from soft_sim_ros.scene.body import ROUNDING, Body, Rod
 from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.pose import IDENTITY, read_pose
+from soft_sim_ros.scene.read_route import read_arc_length
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.words import nearest
 

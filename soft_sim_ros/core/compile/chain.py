@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,50 +15,8 @@ from soft_sim_ros.scene.strains import STRAINS
 
 from .element import Element, block_matrices
 from .link_map import LinkMap
-
-
-@dataclass
-class RodMap:
-    """Where a rod lies in the chain."""
-
-    rod: Rod
-    first_node: int
-    elements: list[Element]
-    pivot: list[int] = field(default_factory=list)  # coordinates of the hinge of a limp rod
-    last_node: int = 0
-
-    @property
-    def length(self) -> float:
-        """Reference length in m."""
-        return self.rod.length
-
-
-@dataclass
-class Branch:
-    """Bodies in a row, each at the end of the one before: in a chain, all of them.
-
-    spans : the rods and links among them, what has a length, base to tip
-    behind : length in m of rods and links from the base to where the branch begins
-    """
-
-    first_node: int
-    behind: float
-    spans: list[RodMap | LinkMap] = field(default_factory=list)
-    last_node: int = 0
-
-    @property
-    def length(self) -> float:
-        """Length in m of its rods and links."""
-        return sum(span.length for span in self.spans)
-
-    @property
-    def name(self) -> str:
-        """The name of the first rod or link; empty without any."""
-        return _name(self.spans[0]) if self.spans else ""
-
-
-def _name(span: RodMap | LinkMap) -> str:
-    return span.rod.name if isinstance(span, RodMap) else span.link.name
+from .screws import screws_of
+from .spans import Branch, RodMap
 
 
 class Chain:
@@ -175,7 +132,7 @@ class Chain:
         """Append a joint: its offset, then a segment per axis, or per shift and rotation vector."""
         self.rigid(joint.offset)
         begin = len(self.names)
-        steps = _screws(joint)
+        steps = screws_of(joint)
         if steps:
             count = len(joint.coordinates)
             self._open_block(count, joint.stiffness * np.eye(count), joint.damping * np.eye(count))
@@ -328,17 +285,6 @@ class Chain:
         return element.step(begin, end)
 
 
-class Outline(Chain):
-    """A chain that has elements but no nodes: it tells how many nodes the rods need."""
-
-    def _fill(self, elements: list[Element], labels: list[str], basis: Basis) -> None:
-        self.names += labels
-
-    def node_at(self, rod_map: RodMap, s: float) -> int:
-        """Return the first node of a rod: it has no others here."""
-        return rod_map.first_node
-
-
 def _parts(ends: list[float], marked: Collection[float], basis: Basis) -> list[tuple[str, Floats]]:
     """Return the element ends of a section that share coordinates at most, each with a label.
 
@@ -352,19 +298,6 @@ def _parts(ends: list[float], marked: Collection[float], basis: Basis) -> list[t
     places = [0, *inner, len(ends) - 1]
     parts = [np.array(ends[a : b + 1]) for a, b in zip(places[:-1], places[1:], strict=True)]
     return [(f"[{i}]" if len(parts) > 1 else "", part) for i, part in enumerate(parts)]
-
-
-def _screws(joint: Joint) -> list[list[tuple[int, Floats]]]:
-    """Return, for every segment of a joint, its (own coordinate, screw (6,)) pairs."""
-    if joint.kind == "prismatic":
-        return [[(0, np.concatenate([np.zeros(3), joint.axis]))]]
-    if joint.kind in ("revolute", "universal"):
-        return [[(j, np.concatenate([axis, np.zeros(3)]))] for j, axis in enumerate(joint.axes)]
-    unit = np.eye(6)
-    turn = [(j, unit[j]) for j in range(3)]
-    if joint.kind == "spherical":
-        return [turn]
-    return [[(j, unit[j]) for j in range(3, 6)], turn] if joint.kind == "free" else []
 
 
 def _merge(marks: list[float], tolerance: float) -> list[float]:

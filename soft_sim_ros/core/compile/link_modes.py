@@ -13,8 +13,9 @@ from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.segments import Block, Segment
 from soft_sim_ros.scene import Basis, FlexibleLink
 
-from .chain import Chain, Outline
+from .chain import Chain
 from .link_map import FINE
+from .outline import Outline
 
 # Strains that move together where the rod is straight: twisting, two planes of bending, stretching.
 GROUPS = {"torsion": (0,), "bend_y": (1, 5), "bend_z": (2, 4), "stretch": (3,)}

@@ -14,8 +14,8 @@ import numpy as np
 from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.algebra.motion_space import Spatial
 from soft_sim_ros.core.arguments import vector
-from soft_sim_ros.core.floats import Floats, Ints
-from soft_sim_ros.core.model.model import Fibres, Loads, Model
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.model.model import Loads, Model
 from soft_sim_ros.core.model.packing import flat_entries, flat_tree, floats, ints
 from soft_sim_ros.core.quadrature import scattered
 from soft_sim_ros.errors import NoSuchPlace, SceneError
@@ -36,11 +36,11 @@ from .drives import refuse_undriven
 from .fingerprint import fingerprint, sums
 from .link import append_link
 from .loads import lump_loads
+from .materials import of_materials
 from .other_materials import SameShape, differ_in_materials, same_laws
 from .overflow import refuse_overflow
 from .ports import Path, flat_ports, winding
 from .size import refuse_size
-from .stations import flatten_fibres
 from .weights import weights
 
 
@@ -169,7 +169,7 @@ def _of_other_materials(scene: Scene, like: Compiled) -> Compiled:
     """Return the model of a scene that differs from another one in the materials of rods."""
     chain = build_chain(scene, SameShape(like.chain))
     fibres = like.model.fibres if same_laws(scene, like.scene) else None
-    model = like.model._replace(**_of_materials(chain, like.model.seg_block, fibres))
+    model = like.model._replace(**of_materials(chain, like.model.seg_block, fibres))
     return replace(like, scene=scene, chain=chain, model=model)
 
 
@@ -272,51 +272,10 @@ def _flatten(scene: Scene, chain: Chain) -> Model:
         seg_block=seg_block,
         tree=flat_tree(segments, blocks),
         weight=weights(chain),
-        **(_of_materials(chain, seg_block) | flat_ports(scene, chain)),
+        **(of_materials(chain, seg_block) | flat_ports(scene, chain)),
         chart=ints(chain.charts),
         free=ints(chain.carried).reshape(-1, 3),
         custom=flat_custom(scene, chain),
         driven=ints(chain.driven).reshape(-1, 2),
         space=Spatial(),
     )
-
-
-def _of_materials(chain: Chain, seg_block: Ints, fibres: Fibres | None = None) -> dict[str, Any]:
-    """Return the fields of Model in which materials and masses are, and nothing else is."""
-    law = _sparse_law(chain)
-    return {
-        "inertia": floats(chain.inertia),
-        "law_ptr": law[0],
-        "law_col": law[1],
-        "stiffness": law[2],
-        "damping": law[3],
-        "branch": law[4],
-        "branch_time": floats(chain.branch_time() if len(law[4]) else []),
-        "fibres": flatten_fibres(chain, seg_block) if fibres is None else fibres,
-        "mass_damping": floats(
-            chain.mass_damping if np.any(chain.mass_damping) else np.zeros((0, 4))
-        ),
-    }
-
-
-def _sparse_law(chain: Chain) -> tuple:
-    """Return stiffness, damping and branches of all blocks by rows.
-
-    Zeros and round-off are left out. Without any branch, the arrays for branches are empty.
-    """
-    counts: list[Ints] = [ints([])]
-    columns: list[Ints] = [ints([])]
-    laws: list[Floats] = [np.zeros((3, 0))]
-    for block in chain.blocks:
-        matrices = np.stack([block.stiffness, block.damping, block.branch])
-        keep = np.zeros(block.stiffness.shape, dtype=bool)
-        for matrix in matrices:
-            # products of orthogonal functions integrate to round-off, not to zero
-            keep |= np.abs(matrix) > 1e-14 * np.sqrt(np.outer(*2 * [np.diag(matrix)]))
-        counts.append(keep.sum(axis=1))
-        columns.append(block.begin + np.nonzero(keep)[1])
-        laws.append(matrices[:, keep])
-    stiffness, damping, branch = np.concatenate(laws, axis=1)
-    ptr = ints([0, *np.cumsum(np.concatenate(counts)).tolist()])
-    branches = floats(branch if branch.any() else [])
-    return ptr, ints(np.concatenate(columns)), floats(stiffness), floats(damping), branches

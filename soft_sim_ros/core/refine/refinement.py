@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from soft_sim_ros.core.compile.chain import Outline
+from soft_sim_ros.core.compile.outline import Outline
 from soft_sim_ros.core.compile.scene import build_chain
 from soft_sim_ros.scene import Basis, Free, Numerics, Rod, Scene
 from soft_sim_ros.scene.numerics import FIXED_ORDER, NODES
