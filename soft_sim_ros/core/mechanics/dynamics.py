@@ -11,22 +11,20 @@ from functools import cached_property
 import numpy as np
 
 from soft_sim_ros.core.algebra import se3
-from soft_sim_ros.core.arguments import vector_or_zeros, whole
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.recursion.columns import node_jacobians
 from soft_sim_ros.core.recursion.elimination import dense, new_system
 from soft_sim_ros.core.recursion.momentum import momentum
-from soft_sim_ros.core.recursion.output import energies, ports
+from soft_sim_ros.core.recursion.output import energies
 from soft_sim_ros.core.recursion.rnea import place
 from soft_sim_ros.core.terms.fibres import fibre_forces, fibre_tangent, section_strains
-from soft_sim_ros.core.terms.friction import TENSION
 from soft_sim_ros.scene import Joint
 
-from .equations import Equations
+from .ports import Ports
 from .wrench import InternalWrench, internal_wrench
 
 
-class Dynamics(Equations):
+class Dynamics(Ports):
     """The parts of the equations of motion of a scene, its energies, ports, frames and reactions.
 
     Parameters
@@ -130,23 +128,6 @@ class Dynamics(Equations):
         data.effort[self.model.length_control[:, 0] != 0.0] = -np.inf  # slack
         return self.residual(q, self._zero, self._zero, data) - self.elastic_force(q)
 
-    def effort_matrix(self, q: Floats, efforts: Floats | None = None) -> Floats:
-        """Return the generalised force per unit effort (n, A) at rest.
-
-        The residual is linear in the efforts, so finite differences are exact. They are small,
-        because a tendon whose length is commanded may be close to slack.
-        """
-        level = vector_or_zeros("efforts", efforts, self.actuators)
-        still = self.residual(q, self._zero, self._zero, self.forcing(level))
-        length = self.model.length_control[:, 0] != 0.0
-        size = np.where(length, 1e-6, 1.0)
-        columns = [
-            (still - self.residual(q, self._zero, self._zero, self.forcing(level + move)))
-            / move.sum()
-            for move in np.diag(size)
-        ]
-        return np.stack(columns, axis=1) if columns else np.zeros((self.n, 0))
-
     def energies(
         self, q: Floats, v: Floats, efforts: Floats | None = None
     ) -> tuple[float, float, float]:
@@ -156,36 +137,6 @@ class Dynamics(Equations):
         """
         state = self.coordinates(q), self.coordinates(v, "v")
         return energies(self.model, self.forcing(efforts), *state, self._zero)
-
-    def ports(self, q: Floats, v: Floats) -> tuple[Floats, Floats]:
-        """Return position and velocity (A,) of the actuator ports.
-
-        Effort · velocity is power into the arm.
-        """
-        return self._ports(q, v)[:2]
-
-    def port_efforts(self, q: Floats, v: Floats, efforts: Floats) -> Floats:
-        """Return the efforts (A,) that act: those given, but tensions where lengths are given."""
-        self.forcing(efforts)
-        return self._ports(q, v)[2]
-
-    def _ports(self, q: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
-        position, velocity, effort = np.zeros((3, self.actuators))
-        state = self.coordinates(q), self.coordinates(v, "v")
-        ports(self.model, self._data, *state, self._zero, position, velocity, effort)
-        return position, velocity, effort
-
-    def tensions(self, q: Floats, v: Floats, efforts: Floats, actuator: int) -> Floats:
-        """Return the tension in N along a tendon (2 P,), start to end, at its P segments' points.
-
-        It changes along the tendon only where there is friction, and only while it slips.
-        """
-        actuator = whole("actuator", actuator, 0, self.actuators - 1)
-        self.residual(q, v, self._zero, self.forcing(efforts))
-        begin, end = self.model.tendon_ptr[actuator : actuator + 2]
-        if self.model.friction[actuator, 0] != 0.0:
-            return self._data.station[begin:end, :, TENSION].ravel()
-        return np.full(2 * (end - begin), self.port_efforts(q, v, efforts)[actuator])
 
     def node_poses(self, q: Floats) -> Floats:
         """Return the poses (nodes, 4, 4) of all nodes in the world."""
