@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from soft_sim_ros.core.algebra.search import row_of
 from soft_sim_ros.core.backend.jit import bare, kernel, unit
 
 NAMES = (
@@ -83,16 +84,11 @@ def of_function(which, x):
 @kernel
 def of_table(table, first, last, t):
     """Return the jet of the cubics in rows ``first`` … ``last`` − 1 at time t in s."""
-    while last - first > 1:
-        middle = (first + last) // 2
-        if table[middle, 0] <= t:
-            first = middle
-        else:
-            last = middle
-    c1, c2, c3, c4 = table[first, 1], table[first, 2], table[first, 3], table[first, 4]
+    row = row_of(table, first, last, t)
+    c1, c2, c3, c4 = table[row, 1], table[row, 2], table[row, 3], table[row, 4]
     if c2 == 0.0 and c3 == 0.0 and c4 == 0.0:
         return c1, 0.0, 0.0
-    x = t - table[first, 0]
+    x = t - table[row, 0]
     return (
         c1 + x * (c2 + x * (c3 + x * c4)),
         c2 + x * (2.0 * c3 + x * 3.0 * c4),

@@ -11,18 +11,14 @@ stiffness are its exact derivatives.
 
 import math
 
+from soft_sim_ros.core.algebra.search import row_of
 from soft_sim_ros.core.backend.jit import bare, kernel, unit
 
 
 @kernel
 def curve(knots, first, last, stretch):
     """Return energy, stress and slope of a piecewise cubic stress."""
-    while last - first > 1:
-        middle = (first + last) // 2
-        if knots[middle, 0] <= stretch:
-            first = middle
-        else:
-            last = middle
+    first = row_of(knots, first, last, stretch)
     x = stretch - knots[first, 0]
     c0, c1, c2, c3 = knots[first, 2], knots[first, 3], knots[first, 4], knots[first, 5]
     energy = knots[first, 1] + x * (c0 + x * (c1 / 2.0 + x * (c2 / 3.0 + x * c3 / 4.0)))
