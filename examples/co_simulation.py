@@ -32,6 +32,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
+PATIENCE = 120.0  # s for a state: an arm that starts for the first time compiles its kernels
 PERIOD_NS = 10_000_000  # one round; the arm's publish_rate has to be 100 Hz, as it is
 LAG = 0.05  # s, of the motors
 STIFFNESS, DAMPING = 0.5, 0.02  # of the controller, N·m/rad and N·m·s/rad
@@ -83,11 +84,11 @@ class World:
         """Move the clock, and wait for the state of that time."""
         tick = Clock()
         tick.clock.sec, tick.clock.nanosec = divmod(time_ns, SECOND)
-        again, end = 0.0, time.monotonic() + 10.0
+        again, end = 0.0, time.monotonic() + PATIENCE
         while self.time_ns < time_ns:
             now = time.monotonic()
             if now > end:
-                raise SystemExit(f"no state of t = {time_ns / SECOND:g} s within 10 s")
+                raise SystemExit(f"no state of t = {time_ns / SECOND:g} s within {PATIENCE:g} s")
             if now > again:  # DDS may lose the first tick; the same once more moves nobody
                 self.clock.publish(tick)
                 again = now + 0.5
