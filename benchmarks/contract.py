@@ -52,7 +52,7 @@ def entry_of(case: Case, tolerance: float) -> dict[str, Any]:
     entry: dict[str, Any] = {"case": case.name, "kind": "benchmark", "tolerance": tolerance}
 
     def error(simulation: Simulation) -> float:
-        return reference.distance(drive.tips(simulation)[1:], exact, case.length)
+        return reference.distance(drive.tip(simulation)[1:], exact, case.length)
 
     return entry | {"reference_agreement": agreement} | _outcome(scene, drive, error)
 
@@ -64,7 +64,7 @@ def hard_entry_of(kind: Kind, tolerance: float) -> dict[str, Any]:
     entry: dict[str, Any] = {"case": kind.name, "kind": kind.kind, "tolerance": tolerance}
 
     def error(simulation: Simulation) -> float:
-        away = np.linalg.norm(every.tips(simulation) - _reference(kind)[0], axis=1)
+        away = np.linalg.norm(every.tip(simulation) - _reference(kind)[0], axis=1)
         return float(away.max() / simulation.length)
 
     entry |= _outcome(scene, drive, error)
@@ -105,7 +105,7 @@ def _outcome(scene: Scene, drive: Drive, error: Callable[[Simulation], float]) -
     search = time.process_time() - begin
     simulation = Simulation(choice.scene)
     begin = time.process_time()
-    drive.tips(simulation)
+    drive.tip(simulation)
     spent = time.process_time() - begin
     return {
         "outcome": "completed",

@@ -67,9 +67,9 @@ class Kind:
         drive = replace(self.drive(), every=1)
         if self.exact is not None:
             return self.exact(self.step * np.arange(drive.last + 1)), 0.0
-        one = drive.tips(Simulation(self.fine_scene()))
+        one = drive.tip(Simulation(self.fine_scene()))
         orders = {"kind": "chebyshev", "order": self.fine["order"] - 1}
-        two = drive.tips(Simulation(self.fine_scene(**orders)))
+        two = drive.tip(Simulation(self.fine_scene(**orders)))
         return one, float(np.linalg.norm(one - two, axis=1).max())
 
     def _parsed(self, numerics: dict[str, Any]) -> Scene:

@@ -41,7 +41,7 @@ def exact_tips(drive: Drive) -> np.ndarray:
     basis = {"kind": "chebyshev", "order": 8, "elements": 2, "nodes": 30}
     numerics = {"basis": basis, "integrator": "sdirk4", "step": 5e-4, "newton_tolerance": 1e-12}
     finer = Drive(drive.steps * 20, drive.efforts, drive.last * 20, drive.every * 20)
-    return finer.tips(Simulation(arm(None, numerics)))
+    return finer.tip(Simulation(arm(None, numerics)))
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def exact() -> np.ndarray:
 def test_the_tip_is_within_the_tolerance_and_the_estimate_is_near_the_error(tolerance, exact):
     choice = choose(arm(tolerance), shaken())
     simulation = Simulation(choice.scene)
-    tips = shaken().tips(simulation)
+    tips = shaken().tip(simulation)
     error = np.linalg.norm(tips - exact, axis=1).max() / simulation.length
     assert error <= tolerance
     assert 0.9 * error <= choice.estimate <= min(tolerance, 5.0 * error)
@@ -70,7 +70,7 @@ def test_a_settled_arm_is_where_statics_by_another_formulation_has_it():
     document["numerics"] = {"step": 0.05, "tolerance": 1e-5}
     drive = Drive(np.zeros(0, dtype=np.int64), np.zeros((0, 0)), 400, 10)
     simulation = Simulation(choose(scene_of(document), drive).scene)
-    tip = drive.tips(simulation)[-1]
+    tip = drive.tip(simulation)[-1]
     area, inertia = np.pi * 0.03**2, 0.25 * np.pi * 0.03**4
     shear = SOFT["shear_modulus"]
     stiffness = [2.0 * shear * inertia, *2 * [1e6 * inertia], 1e6 * area, *2 * [shear * area]]
@@ -88,7 +88,7 @@ def test_a_smaller_tolerance_costs_more_and_is_met_with_more():
 def test_the_same_scene_gives_the_same_choice_and_the_same_bits():
     runs = [choose(arm(1e-3), shaken()) for _ in range(2)]
     assert runs[0].scene.numerics == runs[1].scene.numerics
-    first, second = (shaken().tips(Simulation(run.scene)) for run in runs)
+    first, second = (shaken().tip(Simulation(run.scene)) for run in runs)
     assert np.array_equal(first, second)
 
 
@@ -98,7 +98,7 @@ def test_the_chosen_scene_says_in_its_text_what_was_chosen():
     again = parse_scene(scene.source, scene.file)
     assert again.numerics == scene.numerics
     assert settle(again) is again
-    same = (shaken().tips(Simulation(s)) for s in (scene, again))
+    same = (shaken().tip(Simulation(s)) for s in (scene, again))
     assert np.array_equal(*same)
 
 
@@ -136,7 +136,7 @@ def test_without_known_commands_a_probe_decides():
     drive = probe(simulation)
     assert drive.efforts.any(axis=0).all()
     reference = Simulation(choose(arm(1e-4), drive).scene)
-    error = np.linalg.norm(drive.tips(simulation) - drive.tips(reference), axis=1).max()
+    error = np.linalg.norm(drive.tip(simulation) - drive.tip(reference), axis=1).max()
     assert error < 1e-2 * simulation.length
 
 

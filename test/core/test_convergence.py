@@ -81,7 +81,7 @@ def test_it_does_not_matter_how_seldom_a_run_publishes():
     assert chosen[0].estimate == chosen[1].estimate > 1e-5
     # where it is looked at, hardly anything is left of the error
     coarse, fine = (choose(kicked({"tolerance": t}), QUIET).scene for t in (1e-3, 1e-6))
-    tips = [seldom.tips(Simulation(scene)) for scene in (coarse, fine)]
+    tips = [seldom.tip(Simulation(scene)) for scene in (coarse, fine)]
     assert np.linalg.norm(tips[0][-1] - tips[1][-1]) < 0.1 * chosen[0].estimate * 0.6
 
 
@@ -173,7 +173,7 @@ def test_a_soft_spot_narrower_than_nodes_is_met_within_the_tolerance():
     )
     scene = scene_of(plain(document | {"numerics": {"step": 0.05, "tolerance": 1e-5}}))
     drive = replace(QUIET, last=8)
-    tip = drive.tips(Simulation(choose(scene, drive).scene))[-1, 0]
+    tip = drive.tip(Simulation(choose(scene, drive).scene))[-1]
     s = np.linspace(0.0, 0.6, 2_000_001)
     stiffness = 0.6 * (1.0 - 0.98 * np.exp(-(((s - 0.2345) / 0.002) ** 2)))
     exact = float(np.mean(0.03 * (0.6 - s) ** 2 / stiffness)) * 0.6

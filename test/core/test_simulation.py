@@ -30,13 +30,17 @@ def test_steps_allocate_nothing_in_python():
     simulation = Simulation(scene_of(zoo_document()))
     simulation.set_efforts([0.1, 0.2, 5.0, 3.0])
     simulation.advance(10)
-    peaks = []
-    for steps in (1, 500):
+
+    def peak(steps):
         tracemalloc.start()
         simulation.advance(steps)
-        peaks.append(tracemalloc.get_traced_memory()[1])
+        found = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
-    assert peaks[1] <= peaks[0] + 1000  # bytes; a call has its price, a step has none
+        return found
+
+    # the least of some: other threads of the test's process allocate as well
+    few, many = (min(peak(steps) for _ in range(4)) for steps in (200, 1000))
+    assert many <= few + 1000  # bytes; a call has its price, a step has none
 
 
 def test_reset_brings_back_the_same_bits_and_time_goes_on():

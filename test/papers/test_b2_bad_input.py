@@ -30,7 +30,9 @@ def test_joints_are_refused_by_key(joint, message):
 
 def test_only_the_first_body_is_free():
     document = {"bodies": [BODY, {"joint": "j", "kind": "free"}, BODY | {"rigid_body": "c"}]}
-    with pytest.raises(SceneError, match=r"bodies\[1\].kind = free: expected a free joint only as"):
+    with pytest.raises(
+        SceneError, match=r"bodies\[1\].kind = free: expected a free joint only on the base"
+    ):
         parse_scene(yaml.safe_dump(document))
 
 

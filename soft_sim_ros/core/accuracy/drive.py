@@ -62,9 +62,9 @@ class Drive:
         """Return the same run, looked at after every step, or LOOKS times if it has more steps."""
         return replace(self, every=max(1, -(-self.last // LOOKS)))
 
-    def tips(self, simulation: Simulation, see: Callable[[], None] = lambda: None) -> Floats:
-        """Make the run; return the tips (looks, T, 3) in m, in the world, as `poses` does."""
-        return self.poses(simulation, see)[:, :, :3]
+    def tip(self, simulation: Simulation, see: Callable[[], None] = lambda: None) -> Floats:
+        """Make the run; return the tip, of several the last, (looks, 3) in m in the world."""
+        return self.poses(simulation, see)[:, -1, :3]
 
     def poses(self, simulation: Simulation, see: Callable[[], None] = lambda: None) -> Floats:
         """Make the run; return poses (looks, T, 7) of all tips in the world.

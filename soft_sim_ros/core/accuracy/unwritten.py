@@ -177,7 +177,7 @@ def companions_apart(one: Simulation, other: Simulation, drive: Drive) -> tuple[
                 raise _Enough
 
         try:
-            drive.tips(simulation, see)
+            drive.tip(simulation, see)
         except _Enough:
             pass
         except SolverError:
