@@ -19,6 +19,11 @@ def wrong_slopes(p, rotation, position, omega, velocity, time, by_pose, by_twist
         by_pose[3 + i, 3 + i] += p[0]
 
 
+def undefined(p, rotation, position, omega, velocity, time, moment, force):
+    """No number anywhere."""
+    force[0] += (-1.0 - p[0] ** 2) ** 0.5
+
+
 def magnet(p, rotation, position, omega, velocity, time, moment, force):
     """A dipole p[0] along the frame's x axis in the field p[1:4]: m × B."""
     mx, my, mz = p[0] * rotation[0, 0], p[0] * rotation[1, 0], p[0] * rotation[2, 0]

@@ -128,6 +128,8 @@ def test_a_spring_to_a_point_keeps_the_energy_that_it_stores():
 def test_derivatives_that_are_not_those_of_the_law_are_refused_when_it_is_registered():
     with pytest.raises(BadArgument, match=r"by_pose\[[345], [345]\] is .* differences give -"):
         register_load("bad", ("k", "x", "y", "z"), own_laws.spring, own_laws.wrong_slopes)
+    with pytest.raises(BadArgument, match="differences give nan"):
+        register_load("bad", ("k", "x", "y", "z"), own_laws.undefined, own_laws.spring_slopes)
     with pytest.raises(BadArgument, match="numba compiles"):
         register_load("bad", (), lambda p: None)
     with pytest.raises(BadArgument, match="a name of letters"):

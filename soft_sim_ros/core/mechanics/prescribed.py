@@ -17,12 +17,9 @@ from numpy.typing import NDArray
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.recursion.elimination import factor, solve
 from soft_sim_ros.core.recursion.tangent import tangent
+from soft_sim_ros.core.terms.driven import HELD
 
 from .dynamics import Dynamics
-
-# Added to the diagonal of a driven coordinate, times its own mass, so that it stays at rest in the
-# elimination to below round-off; the other coordinates lose no digits by it.
-HELD = 1e30
 
 
 class PrescribedMotion(NamedTuple):
