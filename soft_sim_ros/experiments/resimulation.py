@@ -136,7 +136,7 @@ class Rerun:
             key = self.topics.get(message.topic)
             if message.topic in self._builders:
                 yield message
-            elif key in INPUTS:
+            elif key is not None and key.partition("/")[0] in INPUTS:
                 data = message.data
                 self._inputs.take(
                     read_order(self._inputs, key, data, self._frame_id, self._lasting)

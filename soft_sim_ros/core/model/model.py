@@ -134,6 +134,25 @@ def in_its_plane(model: Model) -> Model:
 
 
 @struct
+class Live(NamedTuple):
+    """What is commanded while the arm moves, besides efforts and the wrench at the tip.
+
+    W wrenches at places of their own, D driven coordinates.
+    """
+
+    push: Floats  # (W, 6) moment N·m, force N; along the axes of the base, or of the section
+    follows: Ints  # (W,) 1: along those of the section
+    # (D, 9) time in s at which a driven coordinate sets out, how long in s it takes, a polynomial
+    # in the part of that time that has passed, constant first, and the rate from then on
+    course: Floats
+
+
+def new_live(pushes: int, driven: int) -> Live:
+    """Return what is in force before any command: no wrench, and no motion."""
+    return Live(np.zeros((pushes, 6)), np.zeros(pushes, dtype=np.int64), np.zeros((driven, 9)))
+
+
+@struct
 class Data(NamedTuple):
     """Scratch arrays of one simulation; every kernel overwrites what it needs."""
 
@@ -161,10 +180,11 @@ class Data(NamedTuple):
     section: Floats  # (P, 4) K − K₀ and stretch at the stations of hyperelastic sections
     # (D, 4) of driven coordinates q, q̇, q̈ that they are told, and the force that it takes, N·m or N
     driven: Floats
+    live: Live
 
 
-def new_data(model: Model) -> Data:
-    """Allocate zeroed scratch for ``model``."""
+def new_data(model: Model, pushes: int = 0) -> Data:
+    """Allocate zeroed scratch for ``model``, with so many wrenches at places of their own."""
     segments = len(model.half)
     actuators = len(model.port_ptr) - 1
     nodes = segments + 1
@@ -191,6 +211,7 @@ def new_data(model: Model) -> Data:
         station=np.zeros((len(model.tendon_seg) if model.friction.any() else 0, 2, 4)),
         section=np.zeros((len(model.fibres.block), 4)),
         driven=np.zeros((len(model.driven), 4)),
+        live=new_live(pushes, len(model.driven)),
     )
     data.rotation[0, [0, 4, 8]] = 1.0
     return data
@@ -222,6 +243,7 @@ class Loads(NamedTuple):
     schedule: Floats  # (L, 3) start, end, ramp in s
     switches: Floats  # sorted times in s at which a factor jumps or bends, or a driven acceleration
     drives: Drives
+    push: Ints  # (W,) nodes of the wrenches that are commanded
 
 
 @struct
