@@ -25,7 +25,7 @@ from soft_sim_ros.recording.decode import (
     Wrench,
     decode,
 )
-from soft_sim_ros.recording.topics import INPUTS
+from soft_sim_ros.recording.topics import COMMANDS
 
 SENDER_LEFT = f"sender_left: {JOINT_COMMAND}"  # the event at which timeouts start
 
@@ -54,7 +54,7 @@ def read_order(
         If the message cannot be carried out, with what is wrong with it.
     """
     kind, _, of = key.partition("/")
-    topic, message_type, _ = INPUTS[kind]
+    topic, message_type, _ = COMMANDS[kind]
     topic = f"{topic}/{of}" if of else topic
     try:
         message = decode(message_type, data)

@@ -135,7 +135,7 @@ class Run:
     @cached_property
     def inputs(self) -> list[Input]:
         """Everything that changed the motion, in the order in which it did."""
-        kinds = {*topics.INPUTS, *topics.EVENTS}
+        kinds = {*topics.COMMANDS, *topics.EVENTS}
         known = self._known.items()
         names = {index: key for key, index in known if key.partition("/")[0] in kinds}
         found = []

@@ -56,15 +56,18 @@ INPUTS = {
     "command": ("~/command", FLOATS, 1),
     "joint_command": ("~/joint_command", JOINTS, 1),
     "external_wrench": ("~/external_wrench", WRENCH, 1),
+}
+# each with the name of a joint below that of the topic
+DRIVES = {
     "drive": ("~/drive", POSE, 1),
     "drive_odometry": ("~/drive_odometry", ODOMETRY, 1),
 }
+COMMANDS = {**INPUTS, **DRIVES}
 EVENTS = {"events": ("~/events", STRING, 100)}
-ALL = {**OUTPUTS, **INPUTS, **EVENTS}
+ALL = {**OUTPUTS, **COMMANDS, **EVENTS}
 BACKBONE, TIP_POSE = "backbone", "tip_pose"
-# there may be several of each, with names below that of the topic; of NAMED, all have names
-NAMED = "drive", "drive_odometry"
-LIMBS = (BACKBONE, TIP_POSE, "external_wrench", *NAMED)
+# there may be several of each, with names below that of the topic
+LIMBS = (BACKBONE, TIP_POSE, "external_wrench", *DRIVES)
 # for viewers only, not recorded: they follow from the scene and the recorded topics
 MARKERS, FIXED_MARKERS = "markers", "fixed_markers"
 VIEWS = {
@@ -127,9 +130,8 @@ def output_topics(prefix: str, limbs: Limbs = CHAIN) -> tuple[Topic, ...]:
 
 def input_keys(limbs: Limbs = CHAIN) -> list[str]:
     """Give the keys of what a simulation is commanded by."""
-    keys = [key for key in INPUTS if key not in NAMED]
-    keys += [f"external_wrench/{name}" for name in limbs.wrenches]
-    return keys + [f"{key}/{name}" for name in limbs.posed for key in NAMED]
+    keys = [*INPUTS, *(f"external_wrench/{name}" for name in limbs.wrenches)]
+    return keys + [f"{key}/{name}" for name in limbs.posed for key in DRIVES]
 
 
 def recorded_topics(prefix: str, limbs: Limbs = CHAIN) -> tuple[Topic, ...]:
