@@ -16,7 +16,7 @@ from soft_sim_ros.recording.claims import facts, machine
 from soft_sim_ros.recording.decode import KNOWN, stack
 from soft_sim_ros.recording.machine import machine_facts
 from soft_sim_ros.recording.offset import OFFSET, offset_of
-from soft_sim_ros.recording.orders import SENDER_LEFT, read_order
+from soft_sim_ros.recording.orders import ATTACHED, DROPPED, SENDER_LEFT, read_order
 from soft_sim_ros.recording.reader import LoggedMessage, Run
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import COMMANDS, OUTPUTS, recorded_topics, resolve
@@ -145,6 +145,8 @@ class Rerun:
                 text = _text(message)
                 if text == "reset":
                     self._inputs.reset()
+                elif text.startswith((ATTACHED, DROPPED)):
+                    self._carry(message, text)
                 elif text == SENDER_LEFT:
                     if order := self._inputs.released():
                         self._inputs.take(order)
@@ -155,6 +157,15 @@ class Rerun:
                 elif text.startswith("withdrawn"):
                     self._inputs.update()
                     self._inputs.withdraw()
+
+    def _carry(self, message: LoggedMessage, text: str) -> None:
+        start = ATTACHED if text.startswith(ATTACHED) else DROPPED
+        name = text.removeprefix(start)
+        if name not in self.simulation.payloads:
+            place = f"{message.topic} at t = {message.time_ns / 1e9:.9g} s"
+            reason = f"says {printable(text[:60])!r} on {place}: the scene has no such payload"
+            raise RecordingError(self._run.path, reason)
+        self._inputs.carry(name, start == ATTACHED)
 
     def _offset(self, message: LoggedMessage, text: str) -> int:
         try:

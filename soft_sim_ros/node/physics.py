@@ -22,7 +22,7 @@ from soft_sim_ros.node.recovery import RESET, Recovery
 from soft_sim_ros.node.states import BEAT, States
 from soft_sim_ros.node.timing import StepCosts
 from soft_sim_ros.recording.offset import offset_event
-from soft_sim_ros.recording.orders import SENDER_LEFT
+from soft_sim_ros.recording.orders import ATTACHED, DROPPED, SENDER_LEFT
 
 LONGEST_STEPPING = 2.0  # s of one ~/step: nothing else of the node answers meanwhile
 
@@ -144,6 +144,10 @@ class Physics:
         ``resume`` ends the hold after a divergence, which ends with the state in any case.
         """
         return self._ask(lambda: self._reset(state, time, resume))
+
+    def carry(self, name: str, attached: bool) -> Answer:
+        """Attach or drop a payload."""
+        return self._ask(lambda: self._carry(name, attached))
 
     def look(self, action: Callable[[], Answer]) -> Answer:
         """Have something looked at while nothing moves; it must change nothing."""
@@ -332,6 +336,13 @@ class Physics:
         if last % self.grid.publish:
             self._emit()
         return True, f"{steps} steps, now at t = {self.stamp_ns * 1e-9:.9g} s"
+
+    def _carry(self, name: str, attached: bool) -> Answer:
+        if self.simulation.payloads[name] == attached:
+            return True, "already attached" if attached else "not attached"
+        self.inputs.carry(name, attached)
+        self._event(f"{ATTACHED if attached else DROPPED}{name}")
+        return True, f"{name} {'attached' if attached else 'dropped'}"
 
     def _release(self) -> Answer:
         if order := self.inputs.released():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from std_srvs.srv import SetBool, Trigger
 
 from soft_sim_ros.node.inbox import Answer
@@ -9,7 +11,7 @@ from soft_sim_ros.node.physics import Physics
 
 
 class Services:
-    """``~/reset``, ``~/pause`` and ``~/step`` of one physics thread.
+    """``~/reset``, ``~/pause``, ``~/step`` and ``~/payload/NAME`` of one physics thread.
 
     Parameters
     ----------
@@ -30,6 +32,10 @@ class Services:
             node.create_service(Trigger, "~/reset", self._reset),
             node.create_service(SetBool, "~/pause", self._pause),
             node.create_service(Trigger, "~/step", self._step),
+            *(
+                node.create_service(SetBool, f"~/payload/{name}", partial(self._carry, name))
+                for name in physics.simulation.payloads
+            ),
         )
 
     def _reset(self, _, response):
@@ -37,6 +43,9 @@ class Services:
 
     def _pause(self, request, response):
         return _fill(response, self._physics.pause(request.data))
+
+    def _carry(self, name, request, response):
+        return _fill(response, self._physics.carry(name, request.data))
 
     def _step(self, _, response):
         return _fill(response, self._physics.step(self.step_count or self._physics.grid.publish))

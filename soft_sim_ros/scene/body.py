@@ -93,13 +93,15 @@ class RigidBody:
     """A mass fixed to the frame before it; the chain goes on from that same frame.
 
     mass in kg; inertia (3,) principal moments in kg·m² about the centre of mass, along the axes
-    of the frame ``com`` (whose origin is the centre of mass).
+    of the frame ``com`` (whose origin is the centre of mass). attached: of a payload, which can be
+    attached and dropped while the arm moves, whether it is there at first; None: it always is.
     """
 
     name: str
     mass: float
     inertia: Floats
     com: Pose = IDENTITY
+    attached: bool | None = None
 
 
 Body = Rod | FlexibleLink | Joint | RigidBody
@@ -180,10 +182,13 @@ def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material
 
 
 def _read_rigid_body(reader: Reader, name: str) -> RigidBody:
-    reader.only("rigid_body", "parent", "mass", "inertia", "com")
+    reader.only("rigid_body", "parent", "mass", "inertia", "com", "attached")
     mass = reader.number("mass", POSITIVE)
     inertia = reader.vector("inertia", 3, NONNEGATIVE, default=(0, 0, 0))
     largest = float(inertia.max())
     if largest > (inertia.sum() - largest) * (1 + 1e-9):
         reader.refuse("principal moments none of which exceeds the sum of the others", "inertia")
-    return RigidBody(name, mass, inertia, read_pose(reader.mapping("com")))
+    attached = None
+    if reader.has("attached"):
+        attached = reader.choice("attached", ("true", "false")) == "true"
+    return RigidBody(name, mass, inertia, read_pose(reader.mapping("com")), attached)

@@ -13,7 +13,7 @@ from soft_sim_ros.files import read_bytes
 from soft_sim_ros.paths import config_directory
 from soft_sim_ros.scene.actuator import Actuator, read_actuators
 from soft_sim_ros.scene.attachment import Attachment, Forest
-from soft_sim_ros.scene.body import Body, read_bodies
+from soft_sim_ros.scene.body import Body, RigidBody, read_bodies
 from soft_sim_ros.scene.document import MOST_TEXT, Document
 from soft_sim_ros.scene.driven import Commanded
 from soft_sim_ros.scene.edit import with_numbers
@@ -63,6 +63,12 @@ class Scene:
     def input_loads(self) -> tuple[InputLoad, ...]:
         """The wrenches that are commanded while the arm moves, in their order."""
         return tuple(load for load in self.loads if isinstance(load, InputLoad))
+
+    @property
+    def payloads(self) -> tuple[RigidBody, ...]:
+        """The rigid bodies that can be attached and dropped while the arm moves, in their order."""
+        bodies = (body for body in self.bodies if isinstance(body, RigidBody))
+        return tuple(body for body in bodies if body.attached is not None)
 
     @property
     def commanded(self) -> dict[str, Commanded]:

@@ -8,6 +8,7 @@ from geometry_msgs.msg import PoseStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from peer import simulator, wait_for
 from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool
 
 from soft_sim_ros.experiments.resimulation import rerun
 from soft_sim_ros.recording.reader import read_run
@@ -67,6 +68,12 @@ def test_a_mobile_base_a_wrist_and_a_push_are_commanded_recorded_and_simulated_a
     before = state("wrist")[2]
     push.publish(wrench)
     wait_for(lambda: abs(state("wrist")[2] - before) > 0.02, "what the wrist feels of the push")
+    before = state("wrist")[2]
+    answer = peer.ask(SetBool, "soft_arm/payload/parcel", SetBool.Request(data=True))
+    assert (answer.success, answer.message) == (True, "parcel attached")
+    wait_for(lambda: abs(state("wrist")[2] - before) > 0.05, "what the wrist feels of the parcel")
+    answer = peer.ask(SetBool, "soft_arm/payload/parcel", SetBool.Request(data=True))
+    assert answer.message == "already attached"
     wrench.header.frame_id = "nowhere"
     push.publish(wrench)
     program.wait_for_text("refused ~/external_wrench/elbow: frame 'nowhere'")
@@ -76,5 +83,6 @@ def test_a_mobile_base_a_wrist_and_a_push_are_commanded_recorded_and_simulated_a
     run = read_run(folder / "run")
     kinds = {entry.key for entry in run.inputs}
     assert kinds >= {"drive/base", "drive_odometry/base", "external_wrench/elbow", "joint_command"}
+    assert "attached: parcel" in [text for _, text in run.events]
     compared = rerun(run)
     assert compared.identical, compared

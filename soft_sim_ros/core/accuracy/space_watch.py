@@ -120,7 +120,7 @@ class LookedInputs(SpaceInputs):
         self._model = Dynamics(simulation.compiled)
         finer(self._model)  # compiled before the run, not during it
         self._later = later
-        self._seen: _Seen | None = None
+        self._seen: tuple[_Seen, tuple[bool, ...]] | None = None
         self._beat = max(1, round(beat * 1e9 / simulation.step_ns))
         self._began = self._last = simulation.step_index
         self._doubtful = UNSEEN if simulation.scene.numerics.written else 1.0
@@ -147,7 +147,9 @@ class LookedInputs(SpaceInputs):
         seen, self._seen = self._seen, None
         if seen is None:
             return
-        error = motion_error(self._model, *seen)
+        state, attached = seen
+        self._model.carry(attached)
+        error = motion_error(self._model, *state)
         self._note(self._doubtful * error)
 
     def _see(self) -> None:
@@ -159,7 +161,8 @@ class LookedInputs(SpaceInputs):
         way = compiled.length * apart(self._tips.poses()[:, :3], self._start, compiled)
         self._moved = max(self._moved, float(way))
         q, v = simulation.q.copy(), simulation.v.copy()
-        self._seen = _Seen(q, v, acting(simulation), elapsed, self._moved)
+        seen = _Seen(q, v, acting(simulation), elapsed, self._moved)
+        self._seen = seen, simulation.dynamics.attached
 
     def reset(self) -> None:
         """Go back to the initial state; the estimate begins anew."""
@@ -194,6 +197,12 @@ class AccompaniedInputs(SpaceInputs):
         """Hold the values of ``order`` from the next `update` on, both."""
         super().take(order)
         self._shadow.take(order)
+
+    def carry(self, name: str, attached: bool) -> None:
+        """Attach or drop a payload of both."""
+        super().carry(name, attached)
+        if self.space_rel != np.inf:
+            self._shadow.carry(name, attached)
 
     def advance(self, steps: int) -> None:
         """Advance both by ``steps``, and compare their tips."""

@@ -71,6 +71,12 @@ class WatchedInputs(Inputs):
         super().take(order)
         self._shadow.take(order)
 
+    def carry(self, name: str, attached: bool) -> None:
+        """Attach or drop a payload of both; the companion first comes to where the other is."""
+        self._follow()
+        super().carry(name, attached)
+        self._shadow.carry(name, attached)
+
     def advance(self, steps: int) -> None:
         """Advance both by ``steps``, and compare their tips every few steps.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -36,6 +36,9 @@ class Chain:
         self.joints: dict[str, range] = {}  # coordinates of a joint
         self.charts: list[int] = []  # first coordinates of rotation vectors
         self.free: list[tuple[int, int]] = []  # of free joints: segment that turns it, coordinate
+        # of payloads: node of the centre of mass; mass in kg, principal moments in kg·m²; whether
+        # they are there at first
+        self.payloads: dict[str, tuple[int, Floats, bool]] = {}
         self.driven: list[tuple[int, int]] = []  # driven coordinates, and their blocks
         self.ends: dict[str, int] = {}  # last node of every body
         self.branches: list[Branch] = [Branch(0, 0.0)]
@@ -157,11 +160,31 @@ class Chain:
         twist = se3.log(out)
         if np.any(twist != 0.0):
             self.rigid(body.com)
-            self.inertia[-1] += row
+            self._carry(body, row)
             self._open_block(0, np.zeros((0, 0)), np.zeros((0, 0)))
             self.add(Segment(0.5, 0.0, np.array([-twist, -twist])))
         else:
+            self._carry(body, row)
+
+    def _carry(self, body: RigidBody, row: Floats) -> None:
+        """Put a mass on the last node; that of a payload comes and goes."""
+        if body.attached is None:
             self.inertia[-1] += row
+        else:
+            self.payloads[body.name] = (self.node, row, body.attached)
+
+    def inertia_with(self, attached: Sequence[bool] | None = None) -> Floats:
+        """Return mass in kg and principal moments in kg·m² (N, 4) of all nodes.
+
+        attached : (P,) which payloads are there; None: those that are at first
+        """
+        out: Floats = np.array(self.inertia)
+        if attached is None:
+            attached = [first for *_, first in self.payloads.values()]
+        for (node, row, _), there in zip(self.payloads.values(), attached, strict=True):
+            if there:
+                out[node] += row
+        return out
 
     def rod_segments(self, rod_map: RodMap) -> list[tuple[int, Segment]]:
         """Return (index, segment) of all segments of a rod."""

@@ -18,7 +18,7 @@ def of_materials(chain: Chain, seg_block: Ints, fibres: Fibres | None = None) ->
     """Return the fields of Model in which materials and masses are, and nothing else is."""
     law = _sparse_law(chain)
     return {
-        "inertia": floats(chain.inertia),
+        "inertia": floats(chain.inertia_with()),
         "law_ptr": law[0],
         "law_col": law[1],
         "stiffness": law[2],

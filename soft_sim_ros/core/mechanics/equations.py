@@ -6,6 +6,7 @@ for q̈. ``dynamics.py`` takes it apart.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ class Equations:
     Attributes
     ----------
     free : (n,) whether a coordinate is free to move; the others are driven
+    attached : (P,) whether the payloads of the scene are there
 
     Notes
     -----
@@ -46,6 +48,11 @@ class Equations:
     def __init__(self, scene: Scene | Compiled) -> None:
         self.compiled = scene if isinstance(scene, Compiled) else compile_scene(scene)
         self.model = self.compiled.model
+        self.attached: tuple[bool, ...] = tuple(
+            bool(body.attached) for body in self.compiled.scene.payloads
+        )
+        if self.attached:  # masses that change are one's own
+            self.model = self.model._replace(inertia=self.model.inertia.copy())
         self.n = len(self.compiled.coordinate_names)
         self.actuators = len(self.model.port_ptr) - 1
         self._data = new_data(self.model, len(self.compiled.loads.push))
@@ -69,6 +76,7 @@ class Equations:
 
     def _twin(self, memo: dict[int, Any] | None) -> Equations:
         new = type(self)(self.compiled)
+        new.carry(self.attached)
         if memo is not None:
             memo[id(self)] = new
         take_rest(new, self, memo)
@@ -108,6 +116,12 @@ class Equations:
             data,
         )
         return data
+
+    def carry(self, attached: Sequence[bool]) -> None:
+        """Let just these (P,) payloads be there from now on."""
+        if self.attached != tuple(attached):
+            self.model.inertia[:] = self.compiled.chain.inertia_with(attached)
+            self.attached = tuple(attached)
 
     def calls(self) -> list[Call]:
         """Return the kernels that a mass matrix needs, with arguments, to be compiled ahead."""

@@ -46,6 +46,7 @@ def finer(dynamics: Dynamics, turn: float = 0.0) -> Dynamics:
     known = _FINER.setdefault(dynamics, {})
     if least not in known:
         known[least] = Dynamics(finer_scene(compiled.scene, least))
+    known[least].carry(dynamics.attached)
     return known[least]
 
 

@@ -26,9 +26,12 @@ def note_fit(state: SimulationState, mark: ModelMark) -> SimulationState:
     return state
 
 
-def refuse_misfit(state: SimulationState, problem: Problem, n: int, most_steps: int) -> None:
+def refuse_misfit(
+    state: SimulationState, problem: Problem, n: int, payloads: int, most_steps: int
+) -> None:
     """Refuse a state that no simulation of a problem of n coordinates can be in.
 
+    payloads : of the scene
     most_steps : so many steps can be made before time ends
 
     Raises
@@ -43,12 +46,14 @@ def refuse_misfit(state: SimulationState, problem: Problem, n: int, most_steps: 
         **{"efforts": (actuators,), "wrench": (6,), "ports": (actuators,)},
         **{"pushes": live.push.shape, "pushes_follow": live.follows.shape},
         "courses": live.course.shape,
+        "attached": (payloads,),
         **dict.fromkeys(("dissipated", "load_work", "actuator_work", "reference"), ()),
     }
     for key, shape in shapes.items():
         _refuse(where, key, getattr(state, key), shape)
-    if not np.isin(state.pushes_follow, [0, 1]).all():
-        raise StateError(where, "pushes_follow", str(state.pushes_follow.tolist()), "0 or 1")
+    for key in ("pushes_follow", "attached"):
+        if not np.isin(getattr(state, key), [0, 1]).all():
+            raise StateError(where, key, str(getattr(state, key).tolist()), "0 or 1")
     if not 0 <= state.step_index <= most_steps:
         expected = f"a whole number in [0, {most_steps}]"
         raise StateError(where, "step_index", str(state.step_index), expected)

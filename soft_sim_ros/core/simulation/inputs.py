@@ -144,6 +144,10 @@ class Inputs(OrderBook):
         self.take(order)
         return order
 
+    def carry(self, name: str, attached: bool) -> None:
+        """Attach or drop a payload now; attached, it moves with the arm already."""
+        (self.simulation.attach if attached else self.simulation.drop)(name)
+
     def released(self) -> Order | None:
         """Return the order that gives a timeout to what lasts without one; None: nothing does."""
         channels = np.flatnonzero(self._lasting)

@@ -28,7 +28,7 @@ from soft_sim_ros.core.mechanics.sampler import Frames, Sampler
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.scene import Scene
 
-from .held import Holding
+from .payload import Carrying
 from .state import SimulationState
 from .statistics import Statistics
 from .stepper import Stepper
@@ -46,7 +46,7 @@ LEDGER = (
 MOST_POSES = 100_000
 
 
-class Simulation(Holding):
+class Simulation(Carrying):
     """A soft arm in motion.
 
     Parameters

@@ -35,6 +35,7 @@ class SimulationState(Value):
     pushes : (W, 6) wrenches at places of their own, in the order of the loads, likewise
     pushes_follow : (W,) 1: along the axes of the section
     courses : (D, 9) what driven coordinates were last commanded, as in ``Live.course``
+    attached : (P,) 1: a payload of the scene is attached, 0: it is not
     dissipated, load_work : J since the ledger began
     actuator_work : J, up to the last change of an effort
     reference : J, the energy that the ledger began with
@@ -58,6 +59,7 @@ class SimulationState(Value):
     pushes: Floats
     pushes_follow: Ints
     courses: Floats
+    attached: Ints
     dissipated: float
     load_work: float
     actuator_work: float

@@ -61,6 +61,8 @@ class Stepper:
         if method.kind != ADAPTIVE:
             stages = method.tableau.shape[0] - 1
         stepped = self._shared.model
+        if self.dynamics.attached:
+            stepped = stepped._replace(inertia=self.dynamics.model.inertia)
         self._work, self._state = new_work(stepped, stages), new_state(stepped)
         self._q, self._v = self._state.q, self._state.v
         self.q, self.v = self._q[: self.n_coordinates], self._v[: self.n_coordinates]
@@ -131,6 +133,7 @@ class Stepper:
             pushes=held.live.push,
             pushes_follow=held.live.follows,
             courses=held.live.course,
+            attached=np.array(self.dynamics.attached, dtype=np.int64),
             dissipated=float(state.ledger[DISSIPATED]),
             load_work=float(state.ledger[LOAD_WORK]),
             actuator_work=float(state.account[BOOKED]),
@@ -157,7 +160,8 @@ class Stepper:
         if difference := self._mark.difference(state.model):
             raise OtherModel(self.scene.name, state.scene, difference)
         if not known_to_fit(state, self._mark):
-            refuse_misfit(state, self._problem, self.n_coordinates, self._most_steps)
+            payloads = len(self.dynamics.attached)
+            refuse_misfit(state, self._problem, self.n_coordinates, payloads, self._most_steps)
             note_fit(state, self._mark)
         wholly(lambda: self._put(state))
 
@@ -173,6 +177,7 @@ class Stepper:
         )
         held.live.push[:], held.live.follows[:] = state.pushes, state.pushes_follow
         held.live.course[:] = state.courses
+        self.dynamics.carry(state.attached.astype(bool).tolist())
         mine.ledger[DISSIPATED], mine.ledger[LOAD_WORK] = state.dissipated, state.load_work
         mine.account[BOOKED], mine.account[REFERENCE] = state.actuator_work, state.reference
         mine.settled[:] = state.ports
