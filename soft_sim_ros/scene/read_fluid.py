@@ -9,7 +9,16 @@ import numpy as np
 
 from soft_sim_ros.scene.driven import Course, Formula, TimeTable, read_course
 from soft_sim_ros.scene.expression import Expression
-from soft_sim_ros.scene.fluid import DEFAULTS, ENDS, LAWS, BodyFluid, Fluid, Pair, RodFluid, ellipsoid
+from soft_sim_ros.scene.fluid import (
+    DEFAULTS,
+    ENDS,
+    LAWS,
+    BodyFluid,
+    Fluid,
+    Pair,
+    RodFluid,
+    ellipsoid,
+)
 from soft_sim_ros.scene.interval import FINITE, NONNEGATIVE, POSITIVE, Interval
 from soft_sim_ros.scene.pose import Pose, read_pose
 from soft_sim_ros.scene.reader import Reader

@@ -31,7 +31,13 @@ def read_section(
 ) -> Section:
     """Read one entry of ``sections`` of a rod of a model with some active strains."""
     reader.only(
-        "name", "length", "material", "cross_section", "reference", "shear_correction", "fluid",
+        "name",
+        "length",
+        "material",
+        "cross_section",
+        "reference",
+        "shear_correction",
+        "fluid",
         *GIVEN,
     )
     length = reader.number("length", POSITIVE)

@@ -81,10 +81,16 @@ def flat_current(scene: Scene) -> Drives:
     return programs
 
 
-def places_of(scene: Scene, chain: Chain, element: Element) -> tuple[Ints, Floats]:
-    """Return which places are those of an element of a rod, and their lengths (N,) in m."""
-    own = [(i, p.share) for i, p in enumerate(_places(scene, chain)) if p.element is element]
-    return ints([i for i, _ in own]), floats([share for _, share in own])
+def places_of(scene: Scene, chain: Chain) -> dict[int, tuple[Ints, Floats]]:
+    """Return by the first segment of an element its places (N,) and their lengths (N,) in m."""
+    own: dict[int, list[tuple[int, float]]] = {}
+    for i, place in enumerate(_places(scene, chain)):
+        if place.element is not None:
+            own.setdefault(place.element.first_segment, []).append((i, place.share))
+    return {
+        first: (ints([i for i, _ in found]), floats([share for _, share in found]))
+        for first, found in own.items()
+    }
 
 
 def _places(scene: Scene, chain: Chain) -> list[_Place]:

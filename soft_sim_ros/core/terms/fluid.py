@@ -40,93 +40,20 @@ from soft_sim_ros.core.algebra.spaces import (
     twist_of,
     wrench_of,
 )
-from soft_sim_ros.core.backend.jit import algebra, kernel, unit
+from soft_sim_ros.core.backend.jit import algebra, bare, kernel, unit
+
+from .drag import (
+    diagonal,
+    lifting,
+    lifting_slope,
+    resistance,
+    resistance_slope,
+    rows_by,
+    times,
+)
 
 # columns of Data.fluid_power
 WORK, LOSS = 0, 1
-
-
-@algebra
-def times(d, a):
-    """Return the components of a, each times that of d."""
-    return (d[0] * a[0], d[1] * a[1], d[2] * a[2])
-
-
-@algebra
-def rows_by(d, m):
-    """Return diag(d) times a matrix m."""
-    return (
-        d[0] * m[0], d[0] * m[1], d[0] * m[2],
-        d[1] * m[3], d[1] * m[4], d[1] * m[5],
-        d[2] * m[6], d[2] * m[7], d[2] * m[8],
-    )  # fmt: skip
-
-
-@algebra
-def diagonal(d):
-    """Return the matrix diag(d)."""
-    return (d[0], 0.0, 0.0, 0.0, d[1], 0.0, 0.0, 0.0, d[2])
-
-
-@kernel
-def resistance(quadratic, viscous, split, v):
-    """Return what resists a velocity v: all three by their common speed, or (split) x by its own.
-
-    The wrench is quadratic · |v| v + viscous · v, along each axis.
-    """
-    if split:
-        along, across = abs(v[0]), math.sqrt(v[1] * v[1] + v[2] * v[2])
-        speed = (along, across, across)
-    else:
-        whole = math.sqrt(dot(v, v))
-        speed = (whole, whole, whole)
-    return add(times(quadratic, times(speed, v)), times(viscous, v))
-
-
-@kernel
-def resistance_slope(quadratic, viscous, split, v):
-    """Return the derivative of ``resistance`` by v."""
-    if split:
-        along, across = abs(v[0]), math.sqrt(v[1] * v[1] + v[2] * v[2])
-        speed = (2.0 * along, across, across)
-        e, size = (0.0, v[1], v[2]), across
-    else:
-        size = math.sqrt(dot(v, v))
-        speed, e = (size, size, size), v
-    out = diagonal(add(times(quadratic, speed), viscous))
-    if size > 0.0:
-        out = madd(out, mscale(1.0 / size, outer(times(quadratic, e), e)))
-    return out
-
-
-@kernel
-def lifting(lift, v):
-    """Return the lift of a rod along x that moves with v: in the plane of both, across v.
-
-    lift · |v|² sin α cos α, α the angle between v and the rod. It does no work on v.
-    """
-    size = math.sqrt(dot(v, v))
-    if size == 0.0:
-        return (0.0, 0.0, 0.0)
-    x, square = v[0], v[1] * v[1] + v[2] * v[2]
-    return scale(lift / size, (x * square, -x * x * v[1], -x * x * v[2]))
-
-
-@kernel
-def lifting_slope(lift, v):
-    """Return the derivative of ``lifting`` by v."""
-    size = math.sqrt(dot(v, v))
-    if size == 0.0:
-        return mscale(0.0, skew(v))
-    x, y, z = v
-    square = y * y + z * z
-    slope = (
-        square, 2.0 * x * y, 2.0 * x * z,
-        -2.0 * x * y, -x * x, 0.0,
-        -2.0 * x * z, 0.0, -x * x,
-    )  # fmt: skip
-    fall = outer((x * square, -x * x * y, -x * x * z), v)
-    return mscale(lift / size, madd(slope, mscale(-1.0 / (size * size), fall)))
 
 
 @kernel
@@ -183,6 +110,7 @@ def fluid_wrench(model, data, e, out):
 
     data.fluid_power gets the work of the current and of dry ends, and what is dissipated, in W.
     """
+    out = bare(out)
     space, fluid = model.space, model.fluid
     rotation, at = frame_of(model, data, e)
     w, v, dw, a = moved(model, data, e)
@@ -235,7 +163,7 @@ def fluid_matrices(model, data, node, out):
     size = size_of(space)
     for e in range(fluid.ptr[node], fluid.ptr[node + 1]):
         rotation, at = frame_of(model, data, e)
-        w, v, dw, a = moved(model, data, e)
+        w, v, _, _ = moved(model, data, e)
         g = apply_t(rotation, polar_of(space, data.gravity))
         u = apply_t(rotation, current_of(model, data, 0))
         du = apply_t(rotation, current_of(model, data, 1))
@@ -254,9 +182,7 @@ def fluid_matrices(model, data, node, out):
         )
         force_v = madd(mul(wx, diagonal(mass)), drag)
         force_v = madd(force_v, mscale(-1.0, lifting_slope(fluid.lift[e], vr)))
-        brake = resistance_slope(
-            load_vec(fluid.quadratic[e]), load_vec(fluid.viscous[e]), False, w
-        )
+        brake = resistance_slope(load_vec(fluid.quadratic[e]), load_vec(fluid.viscous[e]), False, w)
         moment_w = madd(mul(wx, diagonal(inertia)), mscale(-1.0, skew(times(inertia, w))))
         moment_w = madd(madd(moment_w, brake), mscale(-1.0, rows_by(inertia, wx)))
         force_w = madd(skew(push), rows_by(mass, skew(add(u, v))))
