@@ -18,14 +18,14 @@ from soft_sim_ros.scene.driven import Course
 from soft_sim_ros.scene.pose import Pose
 from soft_sim_ros.scene.taper import Floats
 
-Pair = tuple[float, float]
+Numbers = tuple[float, ...]
 LAWS = ("split", "whole")
 ENDS = ("start", "end")
 # Of rods; the drag of a bare cylinder between Reynolds numbers of 10³ and 10⁵.
-DEFAULTS: dict[str, Pair] = {
+DEFAULTS: dict[str, Numbers] = {
     "drag_normal": (1.1, 1.1),
     "drag_tangential": (0.01, 0.01),
-    "lift": (0.0, 0.0),
+    "lift": (0.0, 0.0, 0.0),
     "added_mass": (1.0, 1.0),
     "viscous_normal": (0.0, 0.0),
     "viscous_tangential": (0.0, 0.0),
@@ -36,12 +36,13 @@ DEFAULTS: dict[str, Pair] = {
 class RodFluid:
     """What is written about the fluid for a rod or a section of it.
 
-    given : coefficient → values along the section's y and z axes; what is missing is inherited
+    given : coefficient → values along the section's y and z axes (of ``lift``: x, y and z); what is
+        missing is inherited
     dry : whether the fluid does not reach it at all
     dry_ends : ends of a rod on which the fluid does not press (``start``, ``end``)
     """
 
-    given: Mapping[str, Pair] = field(default_factory=dict)
+    given: Mapping[str, Numbers] = field(default_factory=dict)
     dry: bool = False
     dry_ends: tuple[str, ...] = ()
 
@@ -60,7 +61,7 @@ class BodyFluid:
     area : (3,) m² seen from the front along each axis
     drag : (3,) coefficients; viscous : (3,) N·s/m
     rotary_drag : (3,) N·m·s²; rotary_viscous : (3,) N·m·s
-    lift : coefficient of a body about its x axis, per area seen along y
+    lift : (3,) coefficients per mean of the areas seen along y and z
     """
 
     center: Pose
@@ -74,7 +75,7 @@ class BodyFluid:
     viscous: Floats
     rotary_drag: Floats
     rotary_viscous: Floats
-    lift: float
+    lift: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +94,11 @@ class Fluid:
 
     density: float
     current: tuple[Course, ...]
-    given: Mapping[str, Pair]
+    given: Mapping[str, Numbers]
     law: str = "split"
     surface: float = 0.0
 
-    def coefficients(self, rod: RodFluid, section: RodFluid) -> dict[str, Pair]:
+    def coefficients(self, rod: RodFluid, section: RodFluid) -> dict[str, Numbers]:
         """Return what counts for a section of a rod."""
         return DEFAULTS | dict(self.given) | dict(rod.given) | dict(section.given)
 

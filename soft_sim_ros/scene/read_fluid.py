@@ -15,7 +15,7 @@ from soft_sim_ros.scene.fluid import (
     LAWS,
     BodyFluid,
     Fluid,
-    Pair,
+    Numbers,
     RodFluid,
     ellipsoid,
 )
@@ -25,7 +25,7 @@ from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
 
 AXES = ("x", "y", "z")
-_ALONG = ("drag_tangential", "viscous_tangential", "lift")  # one number, whatever the section
+_ALONG = ("drag_tangential", "viscous_tangential")  # one number, whatever the section
 
 
 def read_fluid(reader: Reader) -> Fluid | None:
@@ -96,7 +96,7 @@ def read_body_fluid(reader: Reader, com: Pose) -> BodyFluid | None:
         viscous=_three(own, "viscous"),
         rotary_drag=_three(own, "rotary_drag"),
         rotary_viscous=_three(own, "rotary_viscous"),
-        lift=own.number("lift", default=0.0),
+        lift=_three(own, "lift", FINITE),
     )
 
 
@@ -115,22 +115,25 @@ def check_fluid(fluid: Fluid | None, entries: Sequence[Reader]) -> None:
             entry.refuse(expected, "flexible_link")
 
 
-def _coefficients(own: Reader) -> dict[str, Pair]:
-    found: dict[str, Pair] = {}
+def _coefficients(own: Reader) -> dict[str, Numbers]:
+    found: dict[str, Numbers] = {}
     for key in DEFAULTS:
         within = FINITE if key == "lift" else NONNEGATIVE
         if not own.has(key):
             continue
-        if key not in _ALONG and own.is_list(key):
-            y, z = own.vector(key, 2, within)
-            found[key] = float(y), float(z)
+        if key == "lift":
+            found[key] = tuple(_three(own, key, within).tolist())
+        elif key not in _ALONG and own.is_list(key):
+            found[key] = tuple(own.vector(key, 2, within).tolist())
         else:
             found[key] = (own.number(key, within),) * 2
     return found
 
 
 def _three(own: Reader, key: str, within: Interval = NONNEGATIVE) -> Floats:
-    """Return a number for each axis: a list of three, or one for all."""
+    """Return a number for each axis: a list of three, or one for all (of a lift, for x)."""
+    if key == "lift" and own.has(key) and not own.is_list(key):
+        return np.array([own.number(key, within), 0.0, 0.0])
     if own.is_list(key):
         out: Floats = own.vector(key, 3, within)
         return out

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -31,7 +31,7 @@ class _Place:
     displaced: float
     quadratic: Floats
     linear: Floats
-    lift: float = 0.0
+    lift: Floats = field(default_factory=lambda: np.zeros(3))
     law: int = 0
     end: float = 0.0
     frame: Floats | None = None  # (4, 4) in that of the node
@@ -54,7 +54,7 @@ def flat_fluid(scene: Scene, chain: Chain) -> Wetted:
         displaced=floats([place.displaced for place in places]),
         quadratic=floats([place.quadratic for place in places]).reshape(-1, 6),
         viscous=floats([place.linear for place in places]).reshape(-1, 6),
-        lift=floats([place.lift for place in places]),
+        lift=floats([place.lift for place in places]).reshape(-1, 3),
         law=ints([place.law for place in places]),
         end=floats([place.end for place in places]),
         base=floats([*base[:3, :3].ravel(), *base[:3, 3], surface]),
@@ -130,13 +130,14 @@ def _along(fluid: Fluid, rod_map: RodMap, element: Element) -> list[_Place]:
     viscous = six(
         given["viscous_tangential"][0] + none, none[:, None] + np.array(given["viscous_normal"])
     )
-    lift = rho * given["lift"][0] * shape.across[:, 0] * length
+    width = shape.across.mean(axis=1)
+    lift = 0.5 * rho * (width * length)[:, None] * np.array(given["lift"])
     displaced = rho * shape.area * length
     law = LAWS.index("split") if fluid.law == "split" else LAWS.index("whole")
     return [
         _Place(
             element.first_segment + i, added[i], float(displaced[i]), drag[i], viscous[i],
-            float(lift[i]), law, element=element, share=float(length[i]),
+            lift[i], law, element=element, share=float(length[i]),
         )
         for i in range(len(length))
     ]  # fmt: skip
@@ -167,7 +168,7 @@ def _of_body(fluid: Fluid, node: int, body: BodyFluid) -> _Place:
         displaced=rho * body.volume,
         quadratic=np.concatenate([body.rotary_drag, 0.5 * rho * body.drag * body.area]),
         linear=np.concatenate([body.rotary_viscous, body.viscous]),
-        lift=rho * body.lift * float(body.area[1]),
+        lift=0.5 * rho * body.lift * float(body.area[1:].mean()),
         law=LAWS.index("whole"),
         frame=se3.pose_matrix(body.center.position, body.center.quaternion),
     )

@@ -2,7 +2,7 @@
 
 import math
 
-from soft_sim_ros.core.algebra.dual import add, dot, madd, mscale, outer, scale, skew
+from soft_sim_ros.core.algebra.dual import add, cross, dot, madd, mscale, outer, scale, skew
 from soft_sim_ros.core.backend.jit import algebra, kernel
 
 
@@ -61,29 +61,15 @@ def resistance_slope(quadratic, viscous, split, v):
 
 @kernel
 def lifting(lift, v):
-    """Return the lift of a rod along x that moves with v: in the plane of both, across v.
-
-    lift · |v|² sin α cos α, α the angle between v and the rod. It does no work on v.
-    """
-    size = math.sqrt(dot(v, v))
-    if size == 0.0:
-        return (0.0, 0.0, 0.0)
-    x, square = v[0], v[1] * v[1] + v[2] * v[2]
-    return scale(lift / size, (x * square, -x * x * v[1], -x * x * v[2]))
+    """Return the lift |v| v × lift: across the velocity v, so that it does no work on it."""
+    return scale(math.sqrt(dot(v, v)), cross(v, lift))
 
 
 @kernel
 def lifting_slope(lift, v):
     """Return the derivative of ``lifting`` by v."""
     size = math.sqrt(dot(v, v))
-    if size == 0.0:
-        return mscale(0.0, skew(v))
-    x, y, z = v
-    square = y * y + z * z
-    slope = (
-        square, 2.0 * x * y, 2.0 * x * z,
-        -2.0 * x * y, -x * x, 0.0,
-        -2.0 * x * z, 0.0, -x * x,
-    )  # fmt: skip
-    fall = outer((x * square, -x * x * y, -x * x * z), v)
-    return mscale(lift / size, madd(slope, mscale(-1.0 / (size * size), fall)))
+    out = mscale(-size, skew(lift))
+    if size > 0.0:
+        out = madd(out, mscale(1.0 / size, outer(cross(v, lift), v)))
+    return out

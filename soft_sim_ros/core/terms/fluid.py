@@ -124,7 +124,7 @@ def fluid_wrench(model, data, e, out):
     spin, push = times(inertia, w), times(mass, vr)
     drag = resistance(load_vec(fluid.quadratic[e, 3:]), load_vec(fluid.viscous[e, 3:]), split, vr)
     brake = resistance(load_vec(fluid.quadratic[e]), load_vec(fluid.viscous[e]), False, w)
-    up = lifting(fluid.lift[e], vr)
+    up = lifting(load_vec(fluid.lift[e]), vr)
     moment = add(add(times(inertia, dw), cross(w, spin)), add(cross(vr, push), brake))
     force = add(add(times(mass, rate), cross(w, push)), sub(drag, up))
     force = add(force, scale(fluid.displaced[e], sub(g, du)))
@@ -181,7 +181,7 @@ def fluid_matrices(model, data, node, out):
             load_vec(fluid.quadratic[e, 3:]), load_vec(fluid.viscous[e, 3:]), split, vr
         )
         force_v = madd(mul(wx, diagonal(mass)), drag)
-        force_v = madd(force_v, mscale(-1.0, lifting_slope(fluid.lift[e], vr)))
+        force_v = madd(force_v, mscale(-1.0, lifting_slope(load_vec(fluid.lift[e]), vr)))
         brake = resistance_slope(load_vec(fluid.quadratic[e]), load_vec(fluid.viscous[e]), False, w)
         moment_w = madd(mul(wx, diagonal(inertia)), mscale(-1.0, skew(times(inertia, w))))
         moment_w = madd(madd(moment_w, brake), mscale(-1.0, rows_by(inertia, wx)))
