@@ -65,6 +65,7 @@ def floating(bodies: list[dict[str, Any]], **rest: Any) -> dict[str, Any]:
     """Return bodies that nothing holds, in still water without weight."""
     document = rod_document(order=2)
     document["bodies"] = [{"joint": "float", "kind": "free"}, *bodies]
+    document["numerics"] = {"basis": {"order": 2}} if any("rod" in b for b in bodies) else {}
     return document | {"gravity": [0, 0, 0], "fluid": dict(WATER)} | rest
 
 
