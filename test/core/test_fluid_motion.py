@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 from waters import WATER, body, floating, simulation
 
 from soft_sim_ros.core.settled import Dynamics, Simulation
+from soft_sim_ros.scene import load_scene
 from soft_sim_ros.scene.fluid import ellipsoid
 
 G = 9.81
@@ -250,3 +251,19 @@ def test_a_run_in_water_has_the_same_bits_when_it_is_cut_and_taken_up_again():
     third.restore(kept)
     third.advance(35)
     assert (third.q == one.q).all() and (third.ledger() == one.ledger()).all()
+
+
+def test_the_packaged_fish_swims_ahead_and_turns_where_it_is_steered():
+    """Nothing pushes it but the water: what its motor gives is stored or lost."""
+    ways = []
+    for steer in (0.0, 0.05, -0.05):
+        fish = Simulation(load_scene("swimmer"))
+        fish.set_efforts(np.array([steer]))
+        fish.advance(1200)
+        ways.append(fish.q[:6].copy())
+        *stored, work, loads, lost, residual = fish.ledger()
+        assert abs(residual) < 1e-4 * lost
+        assert loads > 0.5 and lost > 0.9 * loads - sum(stored)
+    straight, left, right = ways
+    assert straight[3] < -0.25 and abs(straight[4]) < 0.01
+    assert left[2] * right[2] < 0.0 and abs(left[2]) > 0.15 < abs(right[2])
