@@ -206,15 +206,18 @@ def test_the_internal_wrench_in_a_current_is_that_of_the_section_law():
     assert norms[2][3:].max() < 2e-3 * 500.0 * np.pi * 0.03**2 * 9.81
 
 
-def test_forms_without_a_place_for_a_fluid_refuse_it_by_name():
+def test_the_port_hamiltonian_form_refuses_a_fluid_by_name():
     dynamics = Dynamics(scene_of(rod_document(order=1) | {"fluid": WATER}))
-    zero = np.zeros(dynamics.n)
-    for refuses in (
-        lambda: spatial.inverse_dynamics(dynamics, zero, zero, zero),
-        lambda: PortHamiltonian(dynamics),
-    ):
-        with pytest.raises(SceneError, match=r"fluid.density = 1000.*no fluid in the"):
-            refuses()
+    with pytest.raises(SceneError, match=r"fluid.density = 1000.*no fluid in the port-Hamil"):
+        PortHamiltonian(dynamics)
+
+
+def test_the_spatial_formulation_has_the_same_fluid_by_its_momentum_in_the_fixed_frame(zoo):
+    for seed in range(3):
+        q, v, a = random_state(zoo, seed)
+        material = zoo.inverse_dynamics(q, v, a, time=TIME)
+        fixed = spatial.inverse_dynamics(zoo, q, v, a, time=TIME)
+        np.testing.assert_allclose(fixed, material, atol=1e-13 * np.abs(material).max())
 
 
 def test_numerics_that_nobody_wrote_are_chosen_with_the_fluid():
