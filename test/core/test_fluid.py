@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from differences import central_difference
+from forests import tree_document
 from scenes import random_state, rod_document, scene_of
-from waters import WATER, places, velocities, wet_zoo, without_fluid, work_of
+from waters import CURRENT, HULL, WATER, places, velocities, wet_zoo, without_fluid, work_of
 
 from soft_sim_ros.core.accuracy.unwritten import is_unwritten
 from soft_sim_ros.core.algebra.motion_space import PlaneXZ
@@ -26,6 +27,16 @@ def zoo(request):
     return Dynamics(scene_of(wet_zoo(drag_law=request.param)))
 
 
+def wet_tree():
+    """Rods on rods, a ring along one of them, a second root, all in the current."""
+    document = tree_document(base={"position": [0.1, 0.2, -0.3], "rpy": [0.4, -0.7, 1.1]})
+    document["fluid"] = WATER | {"current": CURRENT, "lift": 0.2}
+    for body in document["bodies"]:
+        if body.get("rigid_body") in ("palm", "ring"):
+            body["fluid"] = HULL
+    return document
+
+
 def current(t):
     return np.array([0.3 + 0.5 * t, 0.2 * np.sin(t + 1), -0.4 + 0.1 * t**2])
 
@@ -34,21 +45,35 @@ def current_rate(t):
     return np.array([0.5, 0.2 * np.cos(t + 1), 0.2 * t])
 
 
-@pytest.mark.parametrize("which", [0, 1, 2])
-def test_the_tangent_in_a_fluid_is_its_difference_quotient(zoo, which):
-    state = list(random_state(zoo, 3))
-    exact = zoo.tangents(*state, time=TIME)[which]
+def off_by(dynamics, which, seed):
+    """Return how far the tangent is off its difference quotient, relative to its entries."""
+    state = list(random_state(dynamics, seed))
+    exact = dynamics.tangents(*state, time=TIME)[which]
 
     def residual(x):
         moved = [*state]
         moved[which] = x
-        return zoo.inverse_dynamics(*moved, time=TIME)
+        return dynamics.inverse_dynamics(*moved, time=TIME)
 
     # the residual is linear in the accelerations: a large step has the least round-off
-    size = np.full(zoo.n, 1.0 if which == 2 else 1e-4) / np.maximum(zoo.model.weight, 1e-3)
-    quotient = central_difference(residual, state[which], size)
+    size = np.full(dynamics.n, 1.0 if which == 2 else 1e-4)
+    quotient = central_difference(
+        residual, state[which], size / np.maximum(dynamics.model.weight, 1e-3)
+    )
     scale = np.sqrt(np.outer(*2 * [np.abs(np.diag(exact)) + 1e-12]))
-    assert np.max(np.abs(exact - quotient) / (scale + np.abs(exact))) < 1e-7
+    return np.max(np.abs(exact - quotient) / (scale + np.abs(exact)))
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_the_tangent_of_a_forest_in_a_fluid_is_its_difference_quotient(which):
+    assert off_by(Dynamics(scene_of(wet_tree())), which, 2) < 1e-7
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_the_tangent_in_a_fluid_is_its_difference_quotient(zoo, which):
+    assert off_by(zoo, which, 3) < 1e-7
+    state = random_state(zoo, 3)
+    exact = zoo.tangents(*state, time=TIME)[which]
     dry = Dynamics(scene_of(without_fluid(wet_zoo()))).tangents(*state)[which]
     assert np.abs(exact - dry).max() > 1e-3 * np.abs(dry).max()
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scenes import rod_document, scene_of
-from scipy.integrate import quad, solve_bvp
+from scipy.integrate import quad, solve_bvp, solve_ivp
 from waters import WATER
 
 from soft_sim_ros.core.analysis.linearisation import linearise
@@ -214,3 +214,30 @@ def test_what_the_fluid_does_not_touch_is_as_dry_as_without_it():
         assert len(dynamics.model.fluid.node) == 0
         state = np.random.default_rng(1).normal(size=(3, dry.n)) * 0.1
         assert (dynamics.inverse_dynamics(*state) == dry.inverse_dynamics(*state)).all()
+
+
+@pytest.mark.parametrize(("model", "apart"), [("string", 2e-6), ("cable", 2e-4)])
+def test_a_cable_in_a_current_hangs_as_its_own_equation_says(model, apart):
+    """T′ = w cos θ, T θ′ = ½ρ_f d C (u cos θ)² − w sin θ from the weight at its end upwards."""
+    length, radius, drag, u, weight = 1.0, 0.005, 1.2, 0.5, 0.05 * G
+    wet, push = 1000.0 * np.pi * radius**2 * G, 0.5 * 1000.0 * 2 * radius * drag
+
+    def rate(s, y):
+        _, _, tension, theta = y
+        across = u * np.cos(theta)
+        turn = (push * abs(across) * across - wet * np.sin(theta)) / tension
+        return [np.sin(theta), np.cos(theta), wet * np.cos(theta), turn]
+
+    own = solve_ivp(rate, (0.0, length), [0, 0, weight, 0], rtol=1e-11, atol=1e-12).y[:2, -1]
+    document = rod_document(
+        length=length, radius=radius, order=5,
+        strains=["bend_y", "stretch"] if model == "cable" else ["bend_y"],
+        material={"density": 2000.0, "young_modulus": 1e8, "shear_modulus": 4e7},
+    )  # fmt: skip
+    document["bodies"][0]["model"] = model
+    document["bodies"].append({"rigid_body": "weight", "mass": weight / G})
+    document |= {"base": {"rpy": [0.0, np.pi / 2, 0.0]}, "gravity": [0, 0, -G]}
+    fluid = {"current": [u, 0, 0], "drag_normal": drag, "drag_tangential": 0.0, "added_mass": 0.0}
+    dynamics = Dynamics(scene_of(document | {"fluid": WATER | fluid}))
+    tip = dynamics.node_poses(equilibrium(dynamics, check=False))[-1, :3, 3]
+    np.testing.assert_allclose(tip, [own[0], 0.0, -own[1]], atol=apart)
