@@ -12,8 +12,6 @@ pressure acts get ρ A (g · x + surface) along the rod.
 
 import math
 
-import numpy as np
-
 from soft_sim_ros.core.algebra.dual import (
     add,
     apply,
@@ -28,6 +26,7 @@ from soft_sim_ros.core.algebra.dual import (
     outer,
     scale,
     skew,
+    store_wrench,
     sub,
     transpose,
 )
@@ -104,13 +103,12 @@ def depth(model, data, at):
     return dot(gravity, at) + dot(g, load_vec(base[9:])) + math.sqrt(dot(g, g)) * base[12]
 
 
-@unit
-def fluid_wrench(model, data, e, out):
-    """Fill out (6,) with minus the wrench of the fluid on place e, along its axes; book its power.
+@kernel
+def pushed(model, data, e):
+    """Return force and moment, minus those of the fluid, on place e along its axes; book its power.
 
     data.fluid_power gets the work of the current and of dry ends, and what is dissipated, in W.
     """
-    out = bare(out)
     space, fluid = model.space, model.fluid
     rotation, at = frame_of(model, data, e)
     w, v, dw, a = moved(model, data, e)
@@ -131,26 +129,30 @@ def fluid_wrench(model, data, e, out):
     missing = 0.0
     if fluid.end[e] != 0.0:
         missing = data.now[1] * fluid.end[e] * depth(model, data, at)
-    out[0], out[1], out[2] = moment
-    out[3], out[4], out[5] = force[0] - missing, force[1], force[2]
     data.fluid_power[e, LOSS] = dot(drag, vr) + dot(brake, w)
     work = missing * v[0]
     if not still(data):
         work += dot(times(mass, du), v) - dot(times(mass, cross(w, u)), u)
         work += dot(sub(up, drag), u) + fluid.displaced[e] * dot(du, v)
     data.fluid_power[e, WORK] = work
+    return (force[0] - missing, force[1], force[2]), moment
+
+
+@unit
+def fluid_wrench(model, data, e, out):
+    """Fill out (6,) with minus the wrench of the fluid on place e, along its axes."""
+    store_wrench(bare(out), pushed(model, data, e))
 
 
 @unit
 def fluid_wrenches(model, data):
     """Add minus the wrench of the fluid to data.wrench of all nodes, along their axes."""
     space, fluid = model.space, model.fluid
-    out = np.zeros(6)
     for e in range(len(fluid.node)):
-        fluid_wrench(model, data, e, out)
+        force, moment = pushed(model, data, e)
         own, offset = load_mat(fluid.frame[e]), load_vec(fluid.frame[e, 9:])
-        force = apply(own, load_vec(out[3:]))
-        moment = add(apply(own, load_vec(out)), cross(offset, force))
+        force = apply(own, force)
+        moment = add(apply(own, moment), cross(offset, force))
         waiting = wrench_of(space, data.wrench[fluid.node[e]])
         whole = (add(waiting[0], force), add(waiting[1], moment))
         keep_wrench(space, data.wrench[fluid.node[e]], whole)
