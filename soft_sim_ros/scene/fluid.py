@@ -87,8 +87,8 @@ class Fluid:
     density : kg/m³
     current : its velocity along world x, y, z in m/s as a function of time; empty: it is still
     given : coefficients of rods that do not say otherwise
-    law : ``split``: flow along and across a rod is resisted by its own speed; ``whole``: by the
-        whole speed
+    law : ``split``: friction of a rod goes with the whole speed, the rest with that across; or
+        all goes with the ``whole`` speed
     surface : m above the world's origin, against gravity, where the pressure is zero
     """
 

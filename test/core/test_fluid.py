@@ -123,10 +123,12 @@ def pushed(dynamics, q, v, a):
     for k, pose in enumerate(poses):
         turn = pose[:3, :3]
         v_r, w = turn.T @ past[k], turn.T @ flow[k, :3]
-        speed = np.full(3, np.linalg.norm(v_r))
-        if fluid.law[k] == 0:
-            speed = np.array([abs(v_r[0]), *2 * [np.hypot(*v_r[1:])]])
-        drag = (fluid.quadratic[k, 3:] * speed + fluid.viscous[k, 3:]) * v_r
+        drag = (fluid.quadratic[k, 3:] * np.linalg.norm(v_r) + fluid.viscous[k, 3:]) * v_r
+        if fluid.law[k] == 0:  # Taylor: friction against the flow, pressure across it
+            friction, across = fluid.quadratic[k, 3], v_r * [0.0, 1.0, 1.0]
+            pressure = fluid.quadratic[k, 3:] - friction
+            drag = friction * np.linalg.norm(v_r) * v_r + fluid.viscous[k, 3:] * v_r
+            drag += pressure * np.linalg.norm(across) * across
         brake = (fluid.quadratic[k, :3] * np.linalg.norm(w) + fluid.viscous[k, :3]) * w
         lift = -fluid.lift[k] * np.linalg.norm(v_r)
         lift = np.cross(lift, v_r)

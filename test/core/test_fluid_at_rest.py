@@ -26,9 +26,9 @@ def bent_in(current, drag, along, buoyant):
     def force(theta):
         t = np.array([np.cos(theta), np.sin(theta)])
         normal = np.array([-t[1], t[0]])
-        tangential, across = current @ t, current @ normal
-        push = 500.0 * d * drag * np.abs(across) * across * normal
-        push += 500.0 * np.pi * d * along * np.abs(tangential) * tangential * t
+        across, friction = current @ normal, 500.0 * np.pi * d * along
+        push = (500.0 * d * drag - friction) * np.abs(across) * across * normal
+        push += friction * np.linalg.norm(current) * current[:, None]
         return push + np.array([np.zeros_like(theta), np.full_like(theta, buoyant)])
 
     def rates(s, y):

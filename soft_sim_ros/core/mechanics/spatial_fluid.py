@@ -45,9 +45,11 @@ def fluid_wrenches(model: Model, data: Data, pose: Floats, twist: Floats, rate: 
         past = rotation.T @ (v[3:] + np.cross(v[:3], x) - u)
         speed = np.full(3, np.linalg.norm(past))
         lift = np.cross(past, fluid.lift[e]) * speed[0]
+        drag = fluid.quadratic[e, 3:] * speed
         if fluid.law[e] == 0:
-            speed = np.array([abs(past[0]), *2 * [np.hypot(past[1], past[2])]])
-        push = lift - (fluid.quadratic[e, 3:] * speed + fluid.viscous[e, 3:]) * past
+            friction, slower = fluid.quadratic[e, 3], np.hypot(past[1], past[2]) - speed[0]
+            drag[1:] += (fluid.quadratic[e, 4:] - friction) * slower
+        push = lift - (drag + fluid.viscous[e, 3:]) * past
         push[0] += data.now[1] * fluid.end[e] * (data.gravity @ x + height)
         brake = (fluid.quadratic[e, :3] * np.linalg.norm(spin) + fluid.viscous[e, :3]) * spin
         force = rotation @ push - fluid.displaced[e] * (data.gravity - du)

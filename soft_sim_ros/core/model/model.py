@@ -65,7 +65,7 @@ class Wetted(NamedTuple):
     quadratic: Floats  # (P, 6) drag per squared velocity, N·m·s² and N·s²/m²
     viscous: Floats  # (P, 6) drag per velocity, N·m·s and N·s/m
     lift: Floats  # (P, 3) force per squared velocity across it, N·s²/m²
-    law: Ints  # (P,) 0: flow along x is resisted by its own speed, 1: by the whole speed
+    law: Ints  # (P,) 0: what resists flow across x goes with the speed across, but for friction
     end: Floats  # (P,) density times area of an end without pressure, > 0 where a rod ends, kg/m
     # (13,) the base frame in the world, rotation by rows, position in m; height in m above the
     # world's origin, against gravity, where the pressure is zero

@@ -29,33 +29,44 @@ def diagonal(d):
 
 
 @kernel
-def resistance(quadratic, viscous, split, v):
-    """Return what resists a velocity v: all three by their common speed, or (split) x by its own.
+def across_of(quadratic, v):
+    """Return what resists a flow across a rod besides its friction, and the velocity across."""
+    friction = quadratic[0]
+    return (0.0, quadratic[1] - friction, quadratic[2] - friction), (0.0, v[1], v[2])
 
-    The wrench is quadratic · |v| v + viscous · v, along each axis.
+
+@kernel
+def resistance(quadratic, viscous, split, v):
+    """Return what resists a velocity v: quadratic · |v| v + viscous · v, along each axis.
+
+    split: of a rod along x. Friction is the same in all directions, and the rest of what resists
+    across goes with the speed across (Taylor 1952).
     """
-    if split:
-        along, across = abs(v[0]), math.sqrt(v[1] * v[1] + v[2] * v[2])
-        speed = (along, across, across)
-    else:
-        whole = math.sqrt(dot(v, v))
-        speed = (whole, whole, whole)
-    return add(times(quadratic, times(speed, v)), times(viscous, v))
+    speed = math.sqrt(dot(v, v))
+    if not split:
+        return times(add(scale(speed, quadratic), viscous), v)
+    rest, n = across_of(quadratic, v)
+    own = scale(math.sqrt(dot(n, n)), times(rest, n))
+    return add(own, add(scale(quadratic[0] * speed, v), times(viscous, v)))
 
 
 @kernel
 def resistance_slope(quadratic, viscous, split, v):
     """Return the derivative of ``resistance`` by v."""
-    if split:
-        along, across = abs(v[0]), math.sqrt(v[1] * v[1] + v[2] * v[2])
-        speed = (2.0 * along, across, across)
-        e, size = (0.0, v[1], v[2]), across
-    else:
-        size = math.sqrt(dot(v, v))
-        speed, e = (size, size, size), v
-    out = diagonal(add(times(quadratic, speed), viscous))
-    if size > 0.0:
-        out = madd(out, mscale(1.0 / size, outer(times(quadratic, e), e)))
+    if not split:
+        return madd(diagonal(viscous), slope_of(quadratic, v))
+    rest, n = across_of(quadratic, v)
+    friction = (quadratic[0], quadratic[0], quadratic[0])
+    return madd(diagonal(viscous), madd(slope_of(friction, v), slope_of(rest, n)))
+
+
+@kernel
+def slope_of(d, v):
+    """Return the derivative of diag(d) |v| v by v."""
+    speed = math.sqrt(dot(v, v))
+    out = diagonal(scale(speed, d))
+    if speed > 0.0:
+        out = madd(out, mscale(1.0 / speed, outer(times(d, v), v)))
     return out
 
 
