@@ -241,3 +241,21 @@ def test_a_cable_in_a_current_hangs_as_its_own_equation_says(model, apart):
     dynamics = Dynamics(scene_of(document | {"fluid": WATER | fluid}))
     tip = dynamics.node_poses(equilibrium(dynamics, check=False))[-1, :3, 3]
     np.testing.assert_allclose(tip, [own[0], 0.0, -own[1]], atol=apart)
+
+
+def test_a_cantilever_along_an_ideal_flow_diverges_at_the_quarter_wave():
+    """EI w‴ = −ρ_f A U² w′ by Munk's moment: U L √(ρ_f A/EI) = π/2. Friction holds it longer."""
+    stiff, mass = YOUNG * np.pi * RADIUS**4 / 4, 1000.0 * np.pi * RADIUS**2
+    critical = 0.5 * np.pi / LENGTH * np.sqrt(stiff / mass)
+
+    def least(speed, friction):
+        fluid = WATER | {"drag_normal": 0.0, "drag_tangential": friction, "current": [speed, 0, 0]}
+        document = cantilever(fluid=fluid, gravity=[0, 0, 0])
+        document["materials"]["soft"]["density"] = 1000.0
+        dynamics = Dynamics(scene_of(document))
+        zero = np.zeros(dynamics.n)
+        stiffness = dynamics.tangents(zero, zero, zero)[0]
+        return np.linalg.eigvals(np.linalg.solve(dynamics.stiffness_matrix(), stiffness)).real.min()
+
+    assert least(0.9999 * critical, 0.0) > 0.0 > least(1.0001 * critical, 0.0)
+    assert least(1.0001 * critical, 0.03) > 0.0
