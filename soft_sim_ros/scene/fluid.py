@@ -29,6 +29,7 @@ DEFAULTS: dict[str, Numbers] = {
     "added_mass": (1.0, 1.0),
     "viscous_normal": (0.0, 0.0),
     "viscous_tangential": (0.0, 0.0),
+    "flooded": (0.0,),  # 1: the fluid fills tubes
 }
 
 
@@ -102,18 +103,24 @@ class Fluid:
         """Return what counts for a section of a rod."""
         return DEFAULTS | dict(self.given) | dict(rod.given) | dict(section.given)
 
+    def displaced(self, rod: RodFluid, section: RodFluid, shape: Outline) -> Floats:
+        """Return the displaced volume per length (N,) in m² of places along a section of a rod."""
+        flooded = self.coefficients(rod, section)["flooded"][0]
+        return shape.area - flooded * shape.bore
+
 
 @dataclass(frozen=True, eq=False)
 class Outline:
     """What the fluid sees of cross-sections (N,).
 
     across : (N, 2) widths in m that a flow along y, and one along z, meets
-    perimeter : m; area : m² of the displaced fluid, what a tube encloses included
+    perimeter : m; area : m², that which a tube encloses included; bore : m², that of it alone
     """
 
     across: Floats
     perimeter: Floats
     area: Floats
+    bore: Floats
 
 
 def outline(shape: CrossSection, x: Floats) -> Outline:
@@ -121,15 +128,16 @@ def outline(shape: CrossSection, x: Floats) -> Outline:
     if isinstance(shape, Circle | Annulus):
         radius = shape.radius(x) if isinstance(shape, Circle) else shape.outer(x)
         across = np.stack([2.0 * radius, 2.0 * radius], axis=1)
-        return Outline(across, 2.0 * np.pi * radius, np.pi * radius**2)
+        inner = shape.inner(x) if isinstance(shape, Annulus) else 0.0 * radius
+        return Outline(across, 2.0 * np.pi * radius, np.pi * radius**2, np.pi * inner**2)
     if isinstance(shape, Rectangle):
         y, z = shape.width_y(x), shape.width_z(x)
-        return Outline(np.stack([z, y], axis=1), 2.0 * (y + z), y * z)
+        return Outline(np.stack([z, y], axis=1), 2.0 * (y + z), y * z, 0.0 * y)
     assert isinstance(shape, Ellipse)
     y, z = shape.semi_axis_y(x), shape.semi_axis_z(x)
     long, short = np.maximum(y, z), np.minimum(y, z)
     perimeter = 4.0 * long * special.ellipe(1.0 - (short / long) ** 2)
-    return Outline(2.0 * np.stack([z, y], axis=1), perimeter, np.pi * y * z)
+    return Outline(2.0 * np.stack([z, y], axis=1), perimeter, np.pi * y * z, 0.0 * y)
 
 
 def ellipsoid(axes: Floats) -> tuple[float, Floats, Floats, Floats]:

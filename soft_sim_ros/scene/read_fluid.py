@@ -121,7 +121,9 @@ def _coefficients(own: Reader) -> dict[str, Numbers]:
         within = FINITE if key == "lift" else NONNEGATIVE
         if not own.has(key):
             continue
-        if key == "lift":
+        if key == "flooded":
+            found[key] = (float(own.choice(key, ("true", "false")) == "true"),)
+        elif key == "lift":
             found[key] = tuple(_three(own, key, within).tolist())
         elif key not in _ALONG and own.is_list(key):
             found[key] = tuple(own.vector(key, 2, within).tolist())

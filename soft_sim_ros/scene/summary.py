@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_sim_ros.scene.body import FlexibleLink, RigidBody, Rod
-from soft_sim_ros.scene.fluid import outline
+from soft_sim_ros.scene.fluid import Fluid, outline
 from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.load_scene import Scene
 from soft_sim_ros.scene.profile import CHECKED
@@ -67,12 +67,12 @@ def in_fluid(scene: Scene) -> str | None:
         return None
     for body in scene.bodies:
         parts = body.sections if isinstance(body, Rod) and not body.fluid.dry else ()
-        wet = [section for section in parts if not section.fluid.dry]
         dry += [f"{body.name}/{part.name}" for part in parts if part.fluid.dry]
-        volume += sum(section.length * _mean(section, _outer) for section in wet)
-        if isinstance(body, RigidBody) and body.fluid is not None:
+        if isinstance(body, Rod) and parts:
+            volume += sum(_displaced(fluid, body, part) for part in parts if not part.fluid.dry)
+        elif isinstance(body, RigidBody) and body.fluid is not None:
             volume += body.fluid.volume
-        elif not parts and not isinstance(body, Joint):
+        elif not isinstance(body, Joint):
             dry.append(body.name)
     flow = "with a current" if fluid.current else "still"
     mass = (
@@ -83,8 +83,14 @@ def in_fluid(scene: Scene) -> str | None:
     )
 
 
-def _outer(section: Section, x: Floats) -> Floats:
-    return outline(section.cross_section, x).area
+def _displaced(fluid: Fluid, rod: Rod, section: Section) -> float:
+    """Return the volume in m³ that a section of a rod displaces."""
+
+    def area(section: Section, x: Floats) -> Floats:
+        shape = outline(section.cross_section, x)
+        return fluid.displaced(rod.fluid, section.fluid, shape)
+
+    return section.length * _mean(section, area)
 
 
 def _density(section: Section, x: Floats) -> Floats:

@@ -333,6 +333,7 @@ DOCUMENTS["wet"] = {
         "viscous_normal": 0.3,
         "viscous_tangential": 0.2,
         "drag_law": "whole",
+        "flooded": True,
         "surface": 1.0,
     },
     "bodies": [

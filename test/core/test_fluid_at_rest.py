@@ -259,3 +259,19 @@ def test_a_cantilever_along_an_ideal_flow_diverges_at_the_quarter_wave():
 
     assert least(0.9999 * critical, 0.0) > 0.0 > least(1.0001 * critical, 0.0)
     assert least(1.0001 * critical, 0.03) > 0.0
+
+
+def test_a_flooded_tube_displaces_its_wall_and_carries_the_water_inside():
+    document = rod_document(length=LENGTH, strains=["bend_z"], order=6, gravity=(0, 0, -G))
+    tube = {"shape": "annulus", "outer": 0.02, "inner": 0.015}
+    document["bodies"][0] |= {"model": "euler_bernoulli"}
+    document["bodies"][0]["sections"][0]["cross_section"] = tube
+    wall, bore, outer = (np.pi * r for r in (0.02**2 - 0.015**2, 0.015**2, 0.02**2))
+    dry = Dynamics(scene_of(document))
+    zero = np.zeros(dry.n)
+    for flooded, displaced, carried in ((False, outer, outer), (True, wall, outer + bore)):
+        wet = Dynamics(scene_of(document | {"fluid": WATER | {"flooded": flooded}}))
+        force = wet.internal_wrench(zero).after[0, 5]
+        assert force == pytest.approx((displaced - wall) * 1000.0 * G * LENGTH, abs=1e-9)
+        ratio = modes(wet, zero)[0] / modes(dry, zero)[0]
+        np.testing.assert_allclose(ratio, np.sqrt(wall / (wall + carried)), rtol=1e-9)

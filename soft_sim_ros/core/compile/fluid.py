@@ -13,7 +13,7 @@ from soft_sim_ros.core.model.packing import floats, ints
 from soft_sim_ros.core.terms.driven import known_motion
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import RigidBody, Scene
-from soft_sim_ros.scene.driven import TimeTable
+from soft_sim_ros.scene.driven import Formula
 from soft_sim_ros.scene.fluid import LAWS, BodyFluid, Fluid, outline
 
 from .chain import Chain
@@ -75,7 +75,7 @@ def flat_current(scene: Scene) -> Drives:
         motion = np.zeros(3)
         known_motion(programs, i, 0.0, motion)
         if not np.isfinite(motion[:2]).all():
-            text = "(table)" if isinstance(course, TimeTable) else course.expression.text
+            text = course.expression.text if isinstance(course, Formula) else "(table)"
             expected = "a formula with a rate at t = 0"
             raise SceneError(scene.file, f"fluid.current.{axis}", text, expected)
     return programs
@@ -122,7 +122,8 @@ def _along(fluid: Fluid, rod_map: RodMap, element: Element) -> list[_Place]:
         return np.stack([none, none, none, along * length, *(across * length[:, None]).T], axis=1)
 
     circle = np.pi / 4.0 * shape.across**2
-    added = six(none, rho * circle * np.array(given["added_mass"]))
+    water = given["flooded"][0] * rho * shape.bore[:, None]  # inside, carried along
+    added = six(none, rho * circle * np.array(given["added_mass"]) + water)
     drag = six(
         0.5 * rho * given["drag_tangential"][0] * shape.perimeter,
         0.5 * rho * shape.across * np.array(given["drag_normal"]),
@@ -132,7 +133,7 @@ def _along(fluid: Fluid, rod_map: RodMap, element: Element) -> list[_Place]:
     )
     width = shape.across.mean(axis=1)
     lift = 0.5 * rho * (width * length)[:, None] * np.array(given["lift"])
-    displaced = rho * shape.area * length
+    displaced = rho * fluid.displaced(rod_map.rod.fluid, section.fluid, shape) * length
     law = LAWS.index("split") if fluid.law == "split" else LAWS.index("whole")
     return [
         _Place(
@@ -151,7 +152,8 @@ def _dry_ends(fluid: Fluid, chain: Chain, rod_map: RodMap) -> list[_Place]:
         if section.fluid.dry:
             continue
         x = np.array([0.0 if name == "start" else 1.0])
-        size = fluid.density * float(outline(section.cross_section, x).area[0])
+        shape = outline(section.cross_section, x)
+        size = fluid.density * float(fluid.displaced(rod_map.rod.fluid, section.fluid, shape)[0])
         node = chain.node_at(rod_map, 0.0 if name == "start" else rod_map.length)
         end = -size if name == "start" else size
         found.append(_Place(node, np.zeros(6), 0.0, np.zeros(6), np.zeros(6), end=end))
