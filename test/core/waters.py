@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from scenes import rod_document, scene_of, zoo_document
 
-from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.settled import Dynamics, Simulation
 
 CURRENT = {"x": "0.3 + 0.5*t", "y": "0.2*sin(t + 1)", "z": "-0.4 + 0.1*t**2"}
@@ -123,7 +122,6 @@ __all__ = [
     "body",
     "floating",
     "places",
-    "se3",
     "simulation",
     "velocities",
     "wet_zoo",
