@@ -19,7 +19,7 @@ from soft_sim_ros.recording.offset import OFFSET, offset_of
 from soft_sim_ros.recording.orders import SENDER_LEFT, read_order
 from soft_sim_ros.recording.reader import LoggedMessage, Run
 from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import INPUTS, OUTPUTS, recorded_topics, resolve
+from soft_sim_ros.recording.topics import COMMANDS, OUTPUTS, recorded_topics, resolve
 from soft_sim_ros.scene import Scene, parse_scene
 from soft_sim_ros.scene.limbs import limbs_of
 
@@ -136,7 +136,7 @@ class Rerun:
             key = self.topics.get(message.topic)
             if message.topic in self._builders:
                 yield message
-            elif key in INPUTS:
+            elif key is not None and key.partition("/")[0] in COMMANDS:
                 data = message.data
                 self._inputs.take(
                     read_order(self._inputs, key, data, self._frame_id, self._lasting)

@@ -11,7 +11,7 @@ from soft_sim_ros.core.simulation.orders import MOST_NAMES, Order
 from soft_sim_ros.errors import CommandError
 from soft_sim_ros.foreign import bare, listed, one_line
 from soft_sim_ros.recording.orders import read_order
-from soft_sim_ros.recording.topics import INPUTS
+from soft_sim_ros.recording.topics import written
 
 # Bytes of a command that are looked at: a header, and a long name and four numbers per actuator.
 _ANY, _EACH = 16_384, 1_024
@@ -79,14 +79,14 @@ class Gate:
         self._lasting = lasting
         self._inputs, self._frame_id, self._submit = inputs, frame_id, submit
         self._warn = Throttle(warn)
-        self._largest = _ANY + _EACH * len(inputs.names)
+        self._largest = _ANY + _EACH * (len(inputs.names) + len(inputs.commanded))
         self.accepted = 0
         self.refused = 0
         self.clamped = 0
 
     def receive(self, key: str, data: bytes) -> None:
         """Handle one message."""
-        topic = INPUTS[key][0]
+        topic = written(key)
         try:
             order = self._read(key, data)
             if not self._submit(key, order, data):
@@ -104,7 +104,7 @@ class Gate:
     def _read(self, key: str, data: bytes) -> Order:
         """Read an order; a message that is too large is refused unread."""
         if len(data) > self._largest:
-            topic = INPUTS[key][0]
+            topic = written(key)
             why = f"a message of {len(data)} bytes: at most {self._largest} are looked at"
             raise CommandError(topic, why, "size")
         return read_order(self._inputs, key, data, self._frame_id, self._lasting)

@@ -11,7 +11,7 @@ from soft_sim_ros.node.clock import FASTEST, SLOWEST
 from soft_sim_ros.node.start import Parser
 from soft_sim_ros.recording.claims import remapped
 from soft_sim_ros.recording.reader import Run
-from soft_sim_ros.recording.topics import EVENTS, INPUTS, resolve
+from soft_sim_ros.recording.topics import COMMANDS, EVENTS, resolve
 
 _LONGEST = 3600.0  # s of delay
 
@@ -118,10 +118,13 @@ def _moved(run: Run, topic: str, namespace: str) -> str:
 def command_topics(run: Run) -> set[str]:
     """Names of the recorded topics on which the arm was commanded."""
     node = run.metadata.get("node")
-    ends = [name.removeprefix("~") for name, _, _ in INPUTS.values()]
+    names = [name for name, _, _ in COMMANDS.values()]
+    here = [channel.topic for channel in run.channels]
     if node is None:
-        return {c.topic for c in run.channels if any(c.topic.endswith(end) for end in ends)}
-    return {resolve(name, node) for name, _, _ in INPUTS.values()}
+        ends = tuple(name.removeprefix("~") for name in names)
+        return {t for t in here if t.endswith(ends) or t.rpartition("/")[0].endswith(ends)}
+    known = {resolve(name, node) for name in names}
+    return known | {t for t in here if t.rpartition("/")[0] in known}
 
 
 def event_topic(run: Run) -> str | None:

@@ -40,7 +40,7 @@ from soft_sim_ros.node.ticks import OtherClocks, Ticks
 from soft_sim_ros.node.views import views_of
 from soft_sim_ros.recording.cdr import encode_string
 from soft_sim_ros.recording.telemetry import Telemetry
-from soft_sim_ros.recording.topics import EVENTS, INPUTS, Topic, output_topics, topic
+from soft_sim_ros.recording.topics import EVENTS, Topic, input_keys, output_topics, topic
 from soft_sim_ros.scene import Scene, load_scene
 from soft_sim_ros.scene.limbs import limbs_of
 
@@ -118,7 +118,8 @@ class Arm:
     ):
         self.node, self.settings = node, settings
         prefix = node.get_fully_qualified_name()
-        inputs, limbs = tuple(topic(key, prefix) for key in INPUTS), limbs_of(scene)
+        limbs = limbs_of(scene)
+        inputs = tuple(topic(key, prefix) for key in input_keys(limbs))
         # The graph comes first: others find it meanwhile, and what is wrong is said at once.
         with asking_ros("cannot publish or subscribe"):
             self.publishers = Publishers(

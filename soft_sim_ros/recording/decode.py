@@ -96,6 +96,13 @@ def _wrench_stamped(walk: _Walk) -> None:
     walk.doubles(6)
 
 
+def _odometry(walk: _Walk) -> None:
+    walk.header()
+    walk.texts_of(1)
+    for count in (7, 36, 6, 36):
+        walk.doubles(count)
+
+
 def _joint_state(walk: _Walk) -> None:
     walk.header()
     walk.texts_of(walk.unsigned())
@@ -117,6 +124,7 @@ _WALKS: dict[str, Callable[[_Walk], None]] = {
     topics.POSE: _pose_stamped,
     topics.WRENCH: _wrench_stamped,
     topics.JOINTS: _joint_state,
+    topics.ODOMETRY: _odometry,
     topics.FLOATS: _float_array,
     topics.STRING: lambda walk: walk.texts_of(1),
     CLOCK: _Walk.time,
@@ -243,7 +251,20 @@ class Wrench:
     wrench: Floats
 
 
-Decoded = FloatArray | JointState | Poses | Wrench | str | int
+@dataclass(frozen=True, eq=False)
+class Odometry:
+    """``nav_msgs/Odometry``: pose (7,) in ``frame_id``, and the twist (6,) along its own axes.
+
+    The message has the linear velocity first; here the angular comes first.
+    """
+
+    stamp_ns: int
+    frame_id: str
+    pose: Floats
+    twist: Floats
+
+
+Decoded = FloatArray | JointState | Poses | Wrench | Odometry | str | int
 
 
 def decode(message_type: str, data: bytes) -> Decoded:
@@ -265,4 +286,6 @@ def decode(message_type: str, data: bytes) -> Decoded:
         return JointState(stamp, walk.frame_id, tuple(walk.texts), *blocks)
     if message_type == topics.WRENCH:
         return Wrench(stamp, walk.frame_id, np.roll(blocks[0], 3))
+    if message_type == topics.ODOMETRY:
+        return Odometry(stamp, walk.frame_id, blocks[0], np.roll(blocks[2], 3))
     return Poses(stamp, walk.frame_id, blocks[0].reshape(-1, 7))

@@ -19,10 +19,17 @@ DEFINITIONS: dict[str, str] = {
     "geometry_msgs/msg/Pose": "Point position\nQuaternion orientation\n",
     "geometry_msgs/msg/PoseArray": "std_msgs/Header header\nPose[] poses\n",
     "geometry_msgs/msg/PoseStamped": "std_msgs/Header header\nPose pose\n",
+    "geometry_msgs/msg/PoseWithCovariance": "Pose pose\nfloat64[36] covariance\n",
     "geometry_msgs/msg/Quaternion": "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
+    "geometry_msgs/msg/Twist": "Vector3 linear\nVector3 angular\n",
+    "geometry_msgs/msg/TwistWithCovariance": "Twist twist\nfloat64[36] covariance\n",
     "geometry_msgs/msg/Vector3": "float64 x\nfloat64 y\nfloat64 z\n",
     "geometry_msgs/msg/Wrench": "Vector3 force\nVector3 torque\n",
     "geometry_msgs/msg/WrenchStamped": "std_msgs/Header header\nWrench wrench\n",
+    "nav_msgs/msg/Odometry": (
+        "std_msgs/Header header\nstring child_frame_id\n"
+        "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n"
+    ),
     "rosgraph_msgs/msg/Clock": "builtin_interfaces/Time clock\n",
     "sensor_msgs/msg/JointState": (
         "std_msgs/Header header\n"
@@ -47,6 +54,9 @@ TYPE_HASHES: dict[str, str] = {
     ),
     "geometry_msgs/msg/WrenchStamped": (
         "RIHS01_8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77"
+    ),
+    "nav_msgs/msg/Odometry": (
+        "RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0"
     ),
     "rosgraph_msgs/msg/Clock": (
         "RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564"

@@ -2,14 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from soft_sim_ros.core.simulation.inputs import Inputs
-from soft_sim_ros.core.simulation.orders import JOINT_COMMAND, MOST_NAMES, Order, wrench_frame
+from soft_sim_ros.core.simulation.orders import (
+    BODY,
+    JOINT_COMMAND,
+    MOST_NAMES,
+    Order,
+    wrench_frame,
+)
 from soft_sim_ros.errors import CommandError
-from soft_sim_ros.foreign import bare, listed
-from soft_sim_ros.recording.decode import DecodeError, FloatArray, JointState, Wrench, decode
-from soft_sim_ros.recording.topics import INPUTS
+from soft_sim_ros.foreign import bare, listed, shown
+from soft_sim_ros.recording.decode import (
+    DecodeError,
+    FloatArray,
+    JointState,
+    Odometry,
+    Poses,
+    Wrench,
+    decode,
+)
+from soft_sim_ros.recording.topics import COMMANDS
 
 SENDER_LEFT = f"sender_left: {JOINT_COMMAND}"  # the event at which timeouts start
 
@@ -24,7 +40,7 @@ def read_order(
     inputs : Inputs
         Knows the actuators.
     key : str
-        ``command``, ``joint_command`` or ``external_wrench``.
+        Of a topic, such as ``command``, ``external_wrench`` or ``drive/base``.
     data : bytes
         The message as received.
     frame_id : str
@@ -37,7 +53,9 @@ def read_order(
     CommandError
         If the message cannot be carried out, with what is wrong with it.
     """
-    topic, message_type, _ = INPUTS[key]
+    kind, _, of = key.partition("/")
+    topic, message_type, _ = COMMANDS[kind]
+    topic = f"{topic}/{of}" if of else topic
     try:
         message = decode(message_type, data)
     except DecodeError as error:
@@ -46,8 +64,18 @@ def read_order(
         return inputs.effort_order(message.data)
     if isinstance(message, JointState):
         return joint_message_order(inputs, message, lasting)
-    assert isinstance(message, Wrench)
-    return inputs.wrench_order(message.wrench, wrench_frame(message.frame_id, frame_id))
+    if isinstance(message, Wrench) and not of:
+        return inputs.wrench_order(message.wrench, wrench_frame(message.frame_id, frame_id))
+    if isinstance(message, Wrench):
+        frame = message.frame_id and wrench_frame(message.frame_id, frame_id, BODY, topic=topic)
+        return inputs.wrench_order(message.wrench, frame or None, of)
+    assert isinstance(message, Poses | Odometry)
+    if message.frame_id not in ("", frame_id):
+        why = f"frame {shown(message.frame_id)}: expected {frame_id!r} or an empty one"
+        raise CommandError(topic, why, "frame")
+    if isinstance(message, Odometry):
+        return inputs.pose_order(of, message.pose, message.twist)
+    return inputs.pose_order(of, message.poses[0])
 
 
 def joint_message_order(inputs: Inputs, message: JointState, lasting: bool) -> Order:
@@ -55,7 +83,8 @@ def joint_message_order(inputs: Inputs, message: JointState, lasting: bool) -> O
 
     A joint takes its ``effort``; NaN there, or no efforts at all, is no command for it: it is as if
     it were not named. A tendon with ``control: length`` that has no effort takes its ``position``,
-    in m pulled in. All arrays are empty or as long as ``name``.
+    in m pulled in. A driven coordinate that follows commands takes ``position`` and ``velocity``.
+    All arrays are empty or as long as ``name``.
 
     Parameters
     ----------
@@ -71,6 +100,9 @@ def joint_message_order(inputs: Inputs, message: JointState, lasting: bool) -> O
     CommandError
         If the message cannot be carried out.
     """
+    drives = [i for i, name in enumerate(message.name) if name in inputs.commanded]
+    if drives and len(set(message.name)) == len(message.name):
+        return _with_drives(inputs, message, lasting, drives)
     names, values = message.name, np.array(message.effort, dtype=float)
     if not names or (len(values) not in (0, len(names))):
         return inputs.joint_order(names, values)  # raises the CommandError
@@ -87,6 +119,38 @@ def joint_message_order(inputs: Inputs, message: JointState, lasting: bool) -> O
     chosen = [name for name, here in zip(names, given, strict=True) if here]
     order = inputs.joint_order(chosen, values[given])
     return Order(order.channels, order.values, order.clamped, lasting=lasting)
+
+
+def _with_drives(inputs: Inputs, message: JointState, lasting: bool, drives: list[int]) -> Order:
+    """Return the order of a joint command, some of whose names are driven coordinates."""
+    count = len(message.name)
+    for what in ("position", "velocity", "effort"):
+        if len(getattr(message, what)) not in (0, count):
+            why = f"{len(getattr(message, what))} of {what} for {count} names"
+            raise CommandError(JOINT_COMMAND, why, "length")
+    named = [message.name[i] for i in drives]
+    if len(message.effort) and not np.isnan(message.effort[drives]).all():
+        why = f"efforts for {listed(named)}: expected a position or a velocity"
+        raise CommandError(JOINT_COMMAND, why, "effort")
+    rest = [i for i in range(count) if i not in set(drives)]
+    motions = (message.position, message.velocity)
+    goals = inputs.drive_order(named, *(part[drives] if len(part) else None for part in motions))
+    others = None
+    if rest:
+        parts = (message.position, message.velocity, message.effort)
+        own = [part[rest] if len(part) else part for part in parts]
+        names = tuple(message.name[i] for i in rest)
+        others = JointState(message.stamp_ns, message.frame_id, names, *own)
+    if others is None or not any(len(part) for part in (others.position, others.effort)):
+        return replace(goals, lasting=lasting)
+    order = joint_message_order(inputs, others, lasting)
+    return Order(
+        np.concatenate([order.channels, goals.channels]),
+        np.concatenate([order.values, goals.values]),
+        order.clamped + goals.clamped,
+        lasting=lasting,
+        goals=goals.goals,
+    )
 
 
 def _take_positions(

@@ -135,8 +135,9 @@ class Run:
     @cached_property
     def inputs(self) -> list[Input]:
         """Everything that changed the motion, in the order in which it did."""
-        keys = {*topics.INPUTS, *topics.EVENTS}
-        names = {index: key for key, index in self._known.items() if key in keys}
+        kinds = {*topics.COMMANDS, *topics.EVENTS}
+        known = self._known.items()
+        names = {index: key for key, index in known if key.partition("/")[0] in kinds}
         found = []
         for time_ns, index, data in self._messages:
             if index in names:

@@ -61,6 +61,9 @@ class Observable(Protocol):
     def ports(self) -> tuple[Floats, Floats, Floats]:
         """Give position, velocity and effort of every actuator."""
 
+    def driven(self) -> tuple[Floats, Floats, Floats]:
+        """Give those of driven coordinates that follow commands, if there are any."""
+
     def ledger(self) -> Floats:
         """Give the energy ledger in J, in the order of ``LEDGER``."""
 
@@ -112,7 +115,8 @@ class Telemetry:
         self._tips = _Sampled(simulation, simulation.tips()) if limbs.branched else self._shape
         self._backbone = PoseArrayBuffer(frame_id, poses)
         self._tip = PoseStampedBuffer(frame_id)
-        self._joints = JointStateBuffer(simulation.actuator_names)
+        self._driven = bool(limbs.commanded)
+        self._joints = JointStateBuffer((*simulation.actuator_names, *limbs.commanded))
         self._strains = JointStateBuffer(simulation.coordinate_names, effort=False)
         self._energy = Float64MultiArrayBuffer(
             len(LEDGER), ",".join(LEDGER) if one_label else LEDGER
@@ -142,8 +146,16 @@ class Telemetry:
         return self._tip.fill(self.stamp_ns, self._tips.poses()[index])
 
     def joint_states(self) -> bytes:
-        """Conjugate position, velocity and effort of every actuator, a JointState."""
-        return self._joints.fill(self.stamp_ns, *self._simulation.ports())
+        """Conjugate position, velocity and effort of every port, a JointState.
+
+        Actuators, then driven coordinates that follow commands.
+        """
+        ports = self._simulation.ports()
+        if self._driven:
+            both = zip(ports, self._simulation.driven(), strict=True)
+            position, rate, effort = (np.concatenate(pair) for pair in both)
+            return self._joints.fill(self.stamp_ns, position, rate, effort)
+        return self._joints.fill(self.stamp_ns, *ports)
 
     def strain_state(self) -> bytes:
         """Generalised coordinates and their rates, a JointState without efforts."""

@@ -8,6 +8,7 @@ from soft_sim_ros.scene.limbs import CHAIN, Limbs
 
 FLOATS = "std_msgs/msg/Float64MultiArray"
 JOINTS = "sensor_msgs/msg/JointState"
+ODOMETRY = "nav_msgs/msg/Odometry"
 POSE = "geometry_msgs/msg/PoseStamped"
 POSES = "geometry_msgs/msg/PoseArray"
 STRING = "std_msgs/msg/String"
@@ -56,9 +57,17 @@ INPUTS = {
     "joint_command": ("~/joint_command", JOINTS, 1),
     "external_wrench": ("~/external_wrench", WRENCH, 1),
 }
+# each with the name of a joint below that of the topic
+DRIVES = {
+    "drive": ("~/drive", POSE, 1),
+    "drive_odometry": ("~/drive_odometry", ODOMETRY, 1),
+}
+COMMANDS = {**INPUTS, **DRIVES}
 EVENTS = {"events": ("~/events", STRING, 100)}
-ALL = {**OUTPUTS, **INPUTS, **EVENTS}
-BACKBONE, TIP_POSE = LIMBS = "backbone", "tip_pose"  # there may be several of each
+ALL = {**OUTPUTS, **COMMANDS, **EVENTS}
+BACKBONE, TIP_POSE = "backbone", "tip_pose"
+# there may be several of each, with names below that of the topic
+LIMBS = (BACKBONE, TIP_POSE, "external_wrench", *DRIVES)
 # for viewers only, not recorded: they follow from the scene and the recorded topics
 MARKERS, FIXED_MARKERS = "markers", "fixed_markers"
 VIEWS = {
@@ -81,6 +90,12 @@ def resolve(name: str, prefix: str) -> str:
     if name.startswith("~/"):
         return f"{prefix}{name[1:]}"
     return f"{prefix.rpartition('/')[0]}/{name}"
+
+
+def written(key: str) -> str:
+    """Give the name of the topic with this key as a node would write it: ``~/command``."""
+    kind, slash, limb = key.partition("/")
+    return ALL[kind][0] + slash + limb
 
 
 def topic(key: str, prefix: str, qos: Qos | None = None) -> Topic:
@@ -113,6 +128,13 @@ def output_topics(prefix: str, limbs: Limbs = CHAIN) -> tuple[Topic, ...]:
     return tuple(topic(key, prefix) for key in output_keys(limbs))
 
 
+def input_keys(limbs: Limbs = CHAIN) -> list[str]:
+    """Give the keys of what a simulation is commanded by."""
+    keys = [*INPUTS, *(f"external_wrench/{name}" for name in limbs.wrenches)]
+    return keys + [f"{key}/{name}" for name in limbs.posed for key in DRIVES]
+
+
 def recorded_topics(prefix: str, limbs: Limbs = CHAIN) -> tuple[Topic, ...]:
     """Give every topic of a recording: outputs, inputs and events."""
-    return output_topics(prefix, limbs) + tuple(topic(key, prefix) for key in (*INPUTS, *EVENTS))
+    keys = (*input_keys(limbs), *EVENTS)
+    return output_topics(prefix, limbs) + tuple(topic(key, prefix) for key in keys)

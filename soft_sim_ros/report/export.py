@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from soft_sim_ros.recording.decode import FloatArray, JointState, Wrench
+from soft_sim_ros.recording.decode import FloatArray, JointState, Odometry, Poses, Wrench
 from soft_sim_ros.recording.reader import Input, Run
 from soft_sim_ros.recording.series import JointSeries, PoseSeries
 from soft_sim_ros.report.units import UNKNOWN, labelled, port_units
@@ -18,6 +18,10 @@ from soft_sim_ros.scene.actuator import Units
 
 _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _WRENCH_UNITS = ("N·m",) * 3 + ("N",) * 3
+_POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+_POSE_UNITS = ("m",) * 3 + ("",) * 4
+_TWIST = ("wx", "wy", "wz", "vx", "vy", "vz")
+_TWIST_UNITS = ("rad/s",) * 3 + ("m/s",) * 3
 _WRENCH = ("moment_x", "moment_y", "moment_z", "force_x", "force_y", "force_z")
 
 
@@ -145,4 +149,10 @@ def _values(entry: Input, units: Mapping[str, Units]) -> list[tuple[str, str, st
     if isinstance(message, Wrench):
         values = zip(_WRENCH, message.wrench.tolist(), _WRENCH_UNITS, strict=True)
         return [(name, repr(value), unit) for name, value, unit in values]
+    if isinstance(message, Poses | Odometry):
+        pose = message.poses[0] if isinstance(message, Poses) else message.pose
+        rows = list(zip(_POSE, pose.tolist(), _POSE_UNITS, strict=True))
+        if isinstance(message, Odometry):
+            rows += zip(_TWIST, message.twist.tolist(), _TWIST_UNITS, strict=True)
+        return [(name, repr(value), unit) for name, value, unit in rows]
     return [("", str(message), "")]

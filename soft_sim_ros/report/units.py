@@ -8,19 +8,28 @@ from functools import lru_cache
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.recording.reader import Run
 from soft_sim_ros.scene import Scene, parse_scene
-from soft_sim_ros.scene.actuator import Units
+from soft_sim_ros.scene.actuator import PULLING, TURNING, Units
 
 UNKNOWN = Units("", "", "", "")
+DRIVEN = {
+    "rad": TURNING._replace(command="rad"),
+    "m": PULLING._replace(command="m"),
+}
 
 
 def port_units(run: Run) -> dict[str, Units]:
-    """Return the units of every actuator of the run's scene, by name and in its order.
+    """Return the units of every port of the run's scene, by name and in its order.
 
     Empty where no scene is inside, or one that this version cannot read (of a later version, or
     with profiles that a program has registered): a report has no unit then rather than a wrong one.
     """
     scene = scene_of(run)
-    return {} if scene is None else {a.name: a.units for a in scene.actuators}
+    if scene is None:
+        return {}
+    driven = zip(scene.commanded, scene.commanded_units, strict=True)
+    return {a.name: a.units for a in scene.actuators} | {
+        name: DRIVEN[unit] for name, unit in driven
+    }
 
 
 def scene_of(run: Run) -> Scene | None:

@@ -12,7 +12,7 @@ from soft_sim_ros.scene.body import Body, FlexibleLink, RigidBody, Rod
 from soft_sim_ros.scene.initial import Initial
 from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.law import Curve, Rivlin, register_law
-from soft_sim_ros.scene.load import DistributedLoad, Load, PointLoad, Schedule
+from soft_sim_ros.scene.load import DistributedLoad, InputLoad, Load, PointLoad, Schedule
 from soft_sim_ros.scene.load_scene import Scene, load_scene, packaged_scenes, parse_scene
 from soft_sim_ros.scene.material import Material, Maxwell
 from soft_sim_ros.scene.numerics import BASES, INTEGRATORS, Basis, Free, Numerics
@@ -26,9 +26,9 @@ from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 __all__ = [
     "BASE", "BASES", "INTEGRATORS", "STRAINS",
     "Actuator", "Attachment", "Basis", "Body", "ChamberActuator", "Curve", "DistributedLoad",
-    "FlexibleLink", "Forest", "Free", "Initial", "Joint", "JointActuator", "Load", "Material",
-    "Maxwell", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference", "RigidBody",
-    "Rivlin", "Rod", "Scene",
-    "Schedule", "Section", "SectionSummary", "TendonActuator", "load_scene", "packaged_scenes",
-    "parse_scene", "register_law", "register_profile", "summary", "total_mass",
+    "FlexibleLink", "Forest", "Free", "Initial", "InputLoad", "Joint", "JointActuator", "Load",
+    "Material", "Maxwell", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference",
+    "RigidBody", "Rivlin", "Rod", "Scene", "Schedule", "Section", "SectionSummary",
+    "TendonActuator", "load_scene", "packaged_scenes", "parse_scene", "register_law",
+    "register_profile", "summary", "total_mass",
 ]  # fmt: skip

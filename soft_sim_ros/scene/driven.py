@@ -1,7 +1,8 @@
-"""Motions that joints are told: formulas in time, or tables of it, smooth enough to be followed.
+"""Motions that joints are told: formulas in time, tables of it, or commands while the arm moves.
 
 What a driven joint does is known, so its rate and its acceleration must be known as well: a formula
 has both, and a table is joined by cubics with continuous accelerations that begin and end at rest.
+A command is reached within a time, along a polynomial of fifth degree.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ import scipy
 
 from soft_sim_ros.scene.columns import read_columns
 from soft_sim_ros.scene.expression import Expression, ExpressionError
+from soft_sim_ros.scene.interval import POSITIVE
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
 
-SOURCES = ("formula", "table", "file")
+SOURCES = ("formula", "table", "file", "within")
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,23 @@ class TimeTable:
         return float(self.times[0]), float(self.times[-1])
 
 
-Course = Formula | TimeTable
+@dataclass(frozen=True)
+class Commanded:
+    """A coordinate, in rad or m, that follows commands while the arm moves.
+
+    within : s in which it reaches what was commanded; start : where it is before any command
+    """
+
+    within: float
+    start: float = 0.0
+
+    @property
+    def switches(self) -> tuple[float, ...]:
+        """Times in s at which the acceleration jumps: none known beforehand."""
+        return ()
+
+
+Course = Formula | TimeTable | Commanded
 
 
 def read_courses(reader: Reader, labels: tuple[str, ...]) -> tuple[Course, ...]:
@@ -62,7 +80,11 @@ def read_courses(reader: Reader, labels: tuple[str, ...]) -> tuple[Course, ...]:
     """
     if len(labels) == 1:
         return (read_course(reader, "driven"),)
-    own = reader.mapping("driven", required=True).only(*labels)
+    own = reader.mapping("driven", required=True)
+    if own.has("within"):
+        own.no_effect("start", "write within and start by coordinate: {x: {within: …, start: …}}")
+        return len(labels) * (_commanded(own),)
+    own.only(*labels)
     if not own.keys():
         reader.refuse(f"the courses of some of {', '.join(labels)}", "driven")
     return tuple(
@@ -79,6 +101,8 @@ def read_course(reader: Reader, key: str) -> Course:
     source = own.one_of(SOURCES)
     if source == "formula":
         return _formula(own.only("formula"), "formula")
+    if source == "within":
+        return _commanded(own)
     if source == "table":
         own.only("table")
         rows = own.matrix("table", None, 2).reshape(-1, 2)
@@ -97,8 +121,13 @@ def read_course(reader: Reader, key: str) -> Course:
     return table
 
 
+def _commanded(own: Reader) -> Commanded:
+    own.only("within", "start")
+    return Commanded(own.number("within", POSITIVE), own.number("start", default=0.0))
+
+
 def _formula(reader: Reader, key: str) -> Formula:
-    text = reader.word(key, expected="a formula in t, or a mapping with table, file or formula")
+    text = reader.word(key, expected="a formula in t, or a mapping: formula, table, file or within")
     try:
         formula = Formula(Expression(text, "t"))
     except ExpressionError as error:

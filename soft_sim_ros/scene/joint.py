@@ -54,6 +54,11 @@ class Joint:
             return (self.name,)
         return tuple(f"{self.name}/{label}" for label in LABELS[self.kind])
 
+    def unit_of(self, coordinate: str) -> str:
+        """Return the unit of a coordinate: rad or m."""
+        shifts = self.kind == "prismatic" or coordinate.rpartition("/")[2] in SHIFT
+        return "m" if shifts and self.kind in ("prismatic", "free") else "rad"
+
 
 def read_joint(reader: Reader, name: str) -> Joint:
     """Read a joint."""

@@ -1,4 +1,4 @@
-"""The rows of rods in a forest, and its ends: by names, from the scene alone."""
+"""The rows of rods in a forest, its ends, and its inputs: by names, from the scene alone."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from soft_sim_ros.scene.pose import Pose
 
 @dataclass(frozen=True)
 class Limbs:
-    """What of an arm has a shape, or an end, of its own.
+    """What of an arm has a shape, an end, or an input of its own.
 
     Parameters
     ----------
@@ -20,12 +20,18 @@ class Limbs:
     tips : bodies that nothing is attached to the end of; the last one is what a scene's tip is
     rows : the rods and links of each backbone, base to tip
     branched : whether some body does not go on from the end of the one before
+    wrenches : input loads
+    posed : free joints that follow poses
+    commanded : driven coordinates that follow commands
     """
 
     backbones: tuple[str, ...] = ()
     tips: tuple[str, ...] = ()
     rows: tuple[tuple[str, ...], ...] = ()
     branched: bool = False
+    wrenches: tuple[str, ...] = ()
+    posed: tuple[str, ...] = ()
+    commanded: tuple[str, ...] = ()
 
     @property
     def several_backbones(self) -> tuple[str, ...]:
@@ -72,6 +78,9 @@ def limbs_of(scene: Scene) -> Limbs:
         tuple(ends.values()),
         tuple(map(tuple, rows)),
         bool(scene.attachments),
+        tuple(load.name for load in scene.input_loads),
+        scene.posed,
+        tuple(scene.commanded),
     )
 
 

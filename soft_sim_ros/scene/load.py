@@ -14,6 +14,7 @@ from soft_sim_ros.scene.taper import Floats
 
 FRAMES = ("world", "body")
 COMMON = ("schedule", "force", "moment", "frame")
+KINDS = ("point", "distributed", "custom", "input")
 
 
 @dataclass(frozen=True)
@@ -77,17 +78,34 @@ class DistributedLoad:
     frame: str
 
 
-Load = PointLoad | DistributedLoad | CustomLoad
+@dataclass(frozen=True)
+class InputLoad:
+    """A wrench that is commanded while the arm moves, at a place like that of a PointLoad.
+
+    frame : "world": it is given along world axes, "body": along those of the cross-section
+    force, moment : the largest, in N and N·m; infinite: no limit of its own
+    """
+
+    name: str
+    body: str
+    s: float
+    frame: str
+    force: float = math.inf
+    moment: float = math.inf
+
+
+Load = PointLoad | DistributedLoad | CustomLoad | InputLoad
 
 
 def read_loads(entries: list[Reader], bodies: tuple[Body, ...]) -> tuple[Load, ...]:
     """Read ``loads``."""
     loads: list[Load] = []
     for reader in entries:
-        kind = reader.one_of(("point", "distributed", "custom"))
+        kind = reader.one_of(KINDS)
         name = reader.name(kind, taken={load.name for load in loads})
-        if kind == "custom":
-            loads.append(_read_custom(reader, name, bodies))
+        if kind in ("custom", "input"):
+            special = _read_custom if kind == "custom" else _read_input
+            loads.append(special(reader, name, bodies))
             continue
         schedule = _read_schedule(reader.mapping("schedule"))
         read = _read_point if kind == "point" else _read_distributed
@@ -99,14 +117,27 @@ def _read_point(
     reader: Reader, name: str, schedule: Schedule, bodies: tuple[Body, ...]
 ) -> PointLoad:
     reader.only("point", "body", "s", *COMMON)
+    body, s = _read_place(reader, bodies)
+    return PointLoad(name, schedule, body.name, s, *_read_wrench(reader, body))
+
+
+def _read_input(reader: Reader, name: str, bodies: tuple[Body, ...]) -> InputLoad:
+    reader.only("input", "body", "s", "frame", "limits")
+    body, s = _read_place(reader, bodies)
+    frame = reader.choice("frame", FRAMES, default="world")
+    limits = reader.mapping("limits").only("force", "moment")
+    most = [limits.number(key, NONNEGATIVE, default=math.inf) for key in ("force", "moment")]
+    return InputLoad(name, body.name, s, frame, *most)
+
+
+def _read_place(reader: Reader, bodies: tuple[Body, ...]) -> tuple[Body, float]:
+    """Read ``body`` and ``s``: an arc length in m of a rod or link, 0 on other bodies."""
     by_name = {body.name: body for body in bodies}
     body = by_name[reader.reference("body", by_name, "body")]
-    s = 0.0
     if (rod := _elastic(body)) is not None:
-        s = read_arc_length(reader, "s", rod, default=rod.length)
-    else:
-        reader.no_effect("s", f"{body.name} is not a rod")
-    return PointLoad(name, schedule, body.name, s, *_read_wrench(reader, body))
+        return body, read_arc_length(reader, "s", rod, default=rod.length)
+    reader.no_effect("s", f"{body.name} is not a rod")
+    return body, 0.0
 
 
 def _read_distributed(

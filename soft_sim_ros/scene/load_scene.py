@@ -14,12 +14,13 @@ from soft_sim_ros.paths import config_directory
 from soft_sim_ros.scene.actuator import Actuator, read_actuators
 from soft_sim_ros.scene.attachment import Attachment, Forest
 from soft_sim_ros.scene.body import Body, read_bodies
-from soft_sim_ros.scene.custom_load import CustomLoad
 from soft_sim_ros.scene.document import MOST_TEXT, Document
+from soft_sim_ros.scene.driven import Commanded
 from soft_sim_ros.scene.edit import with_numbers
 from soft_sim_ros.scene.fluid import Fluid
 from soft_sim_ros.scene.initial import Initial, read_initial
-from soft_sim_ros.scene.load import DistributedLoad, Load, PointLoad, read_loads
+from soft_sim_ros.scene.joint import Joint
+from soft_sim_ros.scene.load import DistributedLoad, InputLoad, Load, PointLoad, read_loads
 from soft_sim_ros.scene.material import Material, read_material
 from soft_sim_ros.scene.numerics import Numerics, read_numerics
 from soft_sim_ros.scene.pose import Pose, read_pose
@@ -57,8 +58,46 @@ class Scene:
 
     @property
     def scheduled_loads(self) -> tuple[PointLoad | DistributedLoad, ...]:
-        """The loads with a wrench and a schedule: all but those with a law of the user's."""
-        return tuple(load for load in self.loads if not isinstance(load, CustomLoad))
+        """The loads with a wrench and a schedule."""
+        kinds = PointLoad, DistributedLoad
+        return tuple(load for load in self.loads if isinstance(load, kinds))
+
+    @property
+    def input_loads(self) -> tuple[InputLoad, ...]:
+        """The wrenches that are commanded while the arm moves, in their order."""
+        return tuple(load for load in self.loads if isinstance(load, InputLoad))
+
+    @property
+    def commanded(self) -> dict[str, Commanded]:
+        """The driven coordinates that follow commands, by their names, in their order."""
+        return {
+            name: course
+            for body in self.bodies
+            if isinstance(body, Joint)
+            for name, course in zip(body.coordinates, body.driven, strict=False)
+            if isinstance(course, Commanded)
+        }
+
+    @property
+    def posed(self) -> tuple[str, ...]:
+        """The free joints at the base that follow poses: all their coordinates follow commands."""
+        commanded, forest = self.commanded, self.forest
+        return tuple(
+            body.name
+            for body in self.bodies
+            if isinstance(body, Joint)
+            and body.kind == "free"
+            and forest.parent(body.name) is None
+            and all(name in commanded for name in body.coordinates)
+        )
+
+    @property
+    def commanded_units(self) -> tuple[str, ...]:
+        """Units of those coordinates: rad or m."""
+        joints = {
+            n: body for body in self.bodies if isinstance(body, Joint) for n in body.coordinates
+        }
+        return tuple(joints[name].unit_of(name) for name in self.commanded)
 
     @property
     def forest(self) -> Forest:

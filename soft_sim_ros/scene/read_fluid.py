@@ -155,7 +155,7 @@ def _current(own: Reader) -> tuple[Course, ...]:
     courses = tuple(read_course(by_axis, c) if by_axis.has(c) else _constant(0.0) for c in AXES)
     for axis, course in zip(AXES, courses, strict=True):
         if not isinstance(course, Formula | TimeTable):
-            by_axis.refuse("a formula in t, or a mapping with table, file or formula", axis)
+            by_axis.refuse("a formula in t, or a mapping: formula, table or file", axis)
     return courses
 
 

@@ -264,13 +264,13 @@ def test_every_array_of_a_solver_is_remembered_or_scratch_or_constant():
     assert {*ARRAYS.values(), *SCRATCH} | others == {*Work._fields}
     assert len(Work._fields) == len(ARRAYS) + len(SCRATCH) + len(others)
     apart = {"model", "step_index", "q", "v", "dashpots", "solver"}
-    held = {"efforts", "wrench", "wrench_follows"}
+    held = {"efforts", "wrench", "wrench_follows", "pushes", "pushes_follow", "courses"}
     booked = {"dissipated", "load_work", "actuator_work", "reference", "ports"}
     assert {field.name for field in fields(SimulationState)} == apart | held | booked
     # q and v with dashpots; the account is booked but for what is read off the state
     read_off = {"position", "rate", "acting"}
     assert {*State._fields} - read_off == {"q", "v", "ledger", "account", "settled", "steps"}
-    assert {*Held._fields} == {"gravity", "effort", "tip", "follows"}
+    assert {*Held._fields} == {"gravity", "effort", "tip", "follows", "live"}
 
 
 # Files.

@@ -4,6 +4,7 @@ Blocks run in the order of the page, in one scratch folder. A block that begins 
 ``# first terminal, until Ctrl-C`` runs beside the blocks for the ``# second terminal`` after it.
 """
 
+import importlib.util
 import json
 import os
 import re
@@ -22,8 +23,21 @@ PAGE = (ROOT / "README.md").read_text()
 BLOCKS = re.findall(r"^```(bash|python|yaml)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 FIRST, SECOND, WORKSPACE = "# first terminal", "# second terminal", "# in the workspace"
 STAMP = Path(sys.prefix) / "soft_sim_ros.stamp"
-# for this very tree: its `make` would otherwise turn another tree's environment over to this one
-MADE_BY_MAKE = STAMP.is_file() and f"\ntree {ROOT}\n" in STAMP.read_text()
+
+
+def made_by_make():
+    """Whether `make env` has made this environment of what this very tree asks for now.
+
+    The copies of the tree that tests make would otherwise turn it over to themselves.
+    """
+    spec = importlib.util.spec_from_file_location("environment", ROOT / "tools" / "environment.py")
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    wanted = script.description(script.sourced_jazzy(), tests=True)
+    return STAMP.is_file() and STAMP.read_text() == wanted
+
+
+MADE_BY_MAKE = made_by_make()
 START = 300.0  # s; the kernels may have to be compiled
 
 

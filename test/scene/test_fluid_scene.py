@@ -72,6 +72,7 @@ def test_a_section_s_coefficients_count_before_its_rod_s_and_those_before_the_sc
         ({"fluid__current": {}}, r"fluid.current.*courses of some of x, y, z"),
         ({"fluid__current": {"x": "sin(s)"}}, r"fluid.current.x = sin\(s\).*'s' is not among t"),
         ({"fluid__current": {"x": {"table": [[1, 0], [0, 1]]}}}, r"current.x.table.*times rising"),
+        ({"fluid__current": {"x": {"within": 0.1}}}, r"fluid.current.x.*formula, table or file"),
         ({"fluid__drag_law": "both"}, r"fluid.drag_law = both.*split, whole"),
         ({"bodies__0__fluid__dry_ends": ["tip"]}, r"bodies\[0\].fluid.dry_ends\[0\] = tip.*start"),
         ({"bodies__0__fluid": 3}, r"bodies\[0\].fluid = 3: expected a mapping .*, or none"),

@@ -84,7 +84,9 @@ def _responses(dynamics: Dynamics) -> tuple[Floats, Floats]:
         none = np.zeros((len(dynamics.compiled.tips), 3, dynamics.actuators))
         return none, none
     zero = np.zeros(dynamics.n)
-    moves = np.asarray(np.linalg.solve(_held(dynamics), dynamics.effort_matrix(zero)), np.float64)
+    free, efforts = dynamics.free, dynamics.effort_matrix(zero)
+    moves = np.zeros(efforts.shape)
+    moves[free] = np.linalg.solve(_held(dynamics)[np.ix_(free, free)], efforts[free])
     return tip_ways(dynamics, moves, zero)
 
 
@@ -122,7 +124,9 @@ def _pushes(dynamics: Dynamics) -> list[Floats]:
         return []
     jacobian = dynamics.tip_jacobian(np.zeros(dynamics.n))[3:]
     frame = dynamics.node_poses(np.zeros(dynamics.n))[-1][:3, :3]
-    yields = jacobian @ np.linalg.solve(_held(dynamics), jacobian.T)
+    free = dynamics.free
+    jacobian = jacobian[:, free]
+    yields = jacobian @ np.linalg.solve(_held(dynamics)[np.ix_(free, free)], jacobian.T)
     out = []
     for direction in ([0.2, 1.0, 0.3], [-0.1, -0.3, 1.0]):
         unit = np.array(direction) / np.linalg.norm(direction)

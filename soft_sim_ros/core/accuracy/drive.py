@@ -136,7 +136,9 @@ def _sway(simulation: Simulation, duration: float) -> Floats:
         return np.zeros(simulation.n_actuators)
     # for so short a time, coordinates without stiffness are held by inertia
     held = dynamics.stiffness_matrix() + dynamics.mass_matrix(q) * (2.0 * np.pi / duration) ** 2
-    moves = np.asarray(np.linalg.solve(held, dynamics.effort_matrix(q)), np.float64)
+    free, efforts = dynamics.free, dynamics.effort_matrix(q)
+    moves = np.zeros(efforts.shape)
+    moves[free] = np.linalg.solve(held[np.ix_(free, free)], efforts[free])
     turns, ways = (np.linalg.norm(x, axis=1).max(axis=0) for x in tip_ways(dynamics, moves, q))
     turns = turns * simulation.length
     return SWAY * simulation.length / np.maximum(np.maximum(ways, turns), 1e-300)

@@ -43,17 +43,24 @@ def hidden_motion(dynamics: Dynamics, q: Floats, step: float) -> tuple[float, fl
     eigenvalue of Σ (J φᵢ)(J φᵢ)ᵀ/ωᵢ². The decay is the slowest at which any of the fast motions
     loses energy: twice that of its amplitude.
     """
-    n = len(q)
+    free = np.flatnonzero(dynamics.free)  # what is driven is known
+    n = len(free)
     if n == 0:
         return 0.0, 0.0
-    mass, stiffness = dynamics.mass_matrix(q), dynamics.stiffness_matrix()
-    damping = dynamics.damping_matrix()
-    tips = dynamics.tip_jacobians(q)[:, 3:] * dynamics.compiled.tip_scale[:, None, None]
+    mass, stiffness, damping = (
+        matrix[np.ix_(free, free)]
+        for matrix in (
+            dynamics.mass_matrix(q),
+            dynamics.stiffness_matrix(),
+            dynamics.damping_matrix(),
+        )
+    )
+    tips = dynamics.tip_jacobians(q)[:, 3:, free] * dynamics.compiled.tip_scale[:, None, None]
     if n > MODES_CHECKED:
         held = np.flatnonzero(np.diag(stiffness))
         soft = np.linalg.inv(stiffness[np.ix_(held, held)])
         return _reach(tips[:, :, held] @ soft @ tips[:, :, held].transpose(0, 2, 1)), 0.0
-    scale = unit_scale(stiffness, np.diag(stiffness), dynamics.model.weight)
+    scale = unit_scale(stiffness, np.diag(stiffness), dynamics.model.weight[free])
     omega, shapes = real_modes(stiffness, mass, scale)
     omega = np.abs(omega)
     hidden = omega * step >= SHOWN

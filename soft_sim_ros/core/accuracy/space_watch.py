@@ -223,7 +223,7 @@ class AccompaniedInputs(SpaceInputs):
 def acting(simulation: Simulation) -> Forcing:
     """Return the present forcing of a simulation, along world axes or those of the tip."""
     efforts, wrench, follows = simulation.held()
-    return Forcing(efforts, simulation.time, 1.0, wrench, follows)
+    return Forcing(efforts, simulation.time, 1.0, wrench, follows, simulation.live())
 
 
 def as_json(space: dict[str, float]) -> dict[str, float | None]:

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from soft_sim_ros.core.model.model import Drives
+from soft_sim_ros.core.model.model import Drives, new_live
 from soft_sim_ros.core.model.packing import floats, ints
-from soft_sim_ros.core.terms.driven import OPERATIONS, TABLE, known_motion
+from soft_sim_ros.core.terms.driven import COMMANDED, OPERATIONS, TABLE, known_motion
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import Joint, Scene
-from soft_sim_ros.scene.driven import Course, TimeTable
+from soft_sim_ros.scene.driven import Commanded, Course, TimeTable
 
 from .chain import Chain
 
@@ -62,6 +62,9 @@ def flat_courses(told: Sequence[Course], columns: Sequence[int]) -> Drives:
         if isinstance(course, TimeTable):
             programs.append([(TABLE, float(len(tables)))])
             tables.append(_rows(course))
+        elif isinstance(course, Commanded):
+            plus = OPERATIONS["+"], 0.0
+            programs.append([(COMMANDED, 0.0), (OPERATIONS["number"], course.start), plus])
         else:
             programs.append(_program(course.expression.tree))
     steps = [step for program in programs for step in program]
@@ -100,11 +103,11 @@ def _program(node: ast.expr) -> list[Step]:
 
 
 def _refuse_kinks(scene: Scene, drives: Drives) -> None:
-    index = 0
+    index, course_of = 0, new_live(0, len(drives.column)).course
     for body in scene.bodies:
         for course in body.driven if isinstance(body, Joint) else ():
             found = np.zeros(3)
-            known_motion(drives, index, 0.0, found)
+            known_motion(drives, course_of, index, 0.0, found)
             if not np.isfinite(found).all():
                 what = getattr(course, "expression", None)
                 expected = "a formula with a rate and an acceleration at t = 0"

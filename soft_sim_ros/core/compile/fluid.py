@@ -8,7 +8,7 @@ import numpy as np
 
 from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.floats import Floats, Ints
-from soft_sim_ros.core.model.model import Drives, Wetted
+from soft_sim_ros.core.model.model import Drives, Wetted, new_live
 from soft_sim_ros.core.model.packing import floats, ints
 from soft_sim_ros.core.terms.driven import known_motion
 from soft_sim_ros.errors import SceneError
@@ -70,10 +70,10 @@ def flat_current(scene: Scene) -> Drives:
         if it has no rate at the start
     """
     courses = () if scene.fluid is None else scene.fluid.current
-    programs = flat_courses(courses, range(len(courses)))
+    programs, nobody = flat_courses(courses, range(len(courses))), new_live(0, 0).course
     for i, (axis, course) in enumerate(zip("xyz", courses, strict=False)):
         motion = np.zeros(3)
-        known_motion(programs, i, 0.0, motion)
+        known_motion(programs, nobody, i, 0.0, motion)
         if not np.isfinite(motion[:2]).all():
             text = course.expression.text if isinstance(course, Formula) else "(table)"
             expected = "a formula with a rate at t = 0"

@@ -21,14 +21,14 @@ import numpy as np
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.segments import Block, Segment
 from soft_sim_ros.core.quadrature import lobatto
-from soft_sim_ros.scene import DistributedLoad, FlexibleLink, PointLoad, Rod
+from soft_sim_ros.scene import DistributedLoad, FlexibleLink, InputLoad, PointLoad, Rod
 
 from .chain import Chain
 from .link_map import LinkMap
 from .link_modes import modes_of
 from .moments import concentrated
 
-Load = PointLoad | DistributedLoad
+Load = PointLoad | DistributedLoad | InputLoad
 # Gauss–Lobatto points in every section, at which the integrals over modes are taken.
 POINTS = 40
 
@@ -106,7 +106,7 @@ def _linear(columns: range, component: int, fields: Floats) -> Segment:
 
 
 def _at_tip(load: Load, own: LinkMap) -> bool:
-    return isinstance(load, PointLoad) and load.s >= own.length
+    return not isinstance(load, DistributedLoad) and load.s >= own.length
 
 
 def _bearers(chain: Chain, own: LinkMap, load: Load) -> list[tuple[int, float]]:
@@ -116,7 +116,7 @@ def _bearers(chain: Chain, own: LinkMap, load: Load) -> list[tuple[int, float]]:
     """
     if _at_tip(load, own):
         return []
-    if isinstance(load, PointLoad):
+    if not isinstance(load, DistributedLoad):
         s, length = np.array([load.s]), np.ones(1)
     else:
         x, w = lobatto(POINTS)

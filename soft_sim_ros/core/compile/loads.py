@@ -8,7 +8,7 @@ from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.model import Loads
 from soft_sim_ros.core.model.packing import floats, ints
 from soft_sim_ros.core.quadrature import lobatto
-from soft_sim_ros.scene import DistributedLoad, PointLoad, Scene
+from soft_sim_ros.scene import DistributedLoad, InputLoad, PointLoad, Scene
 
 from .chain import Chain, RodMap
 from .drives import courses, flat_drives
@@ -44,17 +44,23 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
         switches=floats(switches),
         drives=flat_drives(scene, chain),
         current=flat_current(scene),
+        push=ints([_node_of(chain, load) for load in scene.input_loads]),
     )
 
 
-def _shares(chain: Chain, load: PointLoad | DistributedLoad) -> list[tuple[int, float]]:
+def _node_of(chain: Chain, load: InputLoad) -> int:
+    """Return the node on which a commanded wrench acts."""
+    return max(_shares(chain, load), key=lambda share: share[1])[0]
+
+
+def _shares(chain: Chain, load: PointLoad | DistributedLoad | InputLoad) -> list[tuple[int, float]]:
     """Return the nodes on which a load acts and the share of each: 1, or a length in m.
 
     Gauss–Lobatto weights of the elements that a distributed load covers.
     """
     if load.body in chain.links:
         return chain.links[load.body].loaded[load.name]
-    if isinstance(load, PointLoad):
+    if not isinstance(load, DistributedLoad):
         rod_map = chain.rods.get(load.body)
         return [(chain.node_at(rod_map, load.s) if rod_map else chain.frames[load.body], 1.0)]
     return shares_along(chain.rods[load.body], load.start, load.end)

@@ -22,6 +22,7 @@ from soft_sim_ros.errors import NoSuchPlace, SceneError
 from soft_sim_ros.scene import (
     Attachment,
     FlexibleLink,
+    InputLoad,
     Joint,
     PointLoad,
     RigidBody,
@@ -182,7 +183,7 @@ def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
     cuts: dict[str, set[float]] = {body.name: set() for body in scene.bodies}
     turning = dict.fromkeys(cuts, 0.0)
     for load in scene.loads:
-        if isinstance(load, PointLoad):
+        if isinstance(load, PointLoad | InputLoad):
             cuts[load.body].add(load.s)
         elif isinstance(load, CustomLoad) and load.start == load.end:
             cuts[load.body].add(load.start)
@@ -211,7 +212,13 @@ def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
             _check_nodes(scene, chain, body)
         elif isinstance(body, FlexibleLink):
             append_link(
-                chain, body, [load for load in scene.scheduled_loads if load.body == body.name]
+                chain,
+                body,
+                [
+                    load
+                    for load in (*scene.scheduled_loads, *scene.input_loads)
+                    if load.body == body.name
+                ],
             )
         elif isinstance(body, Joint):
             chain.joint(body)

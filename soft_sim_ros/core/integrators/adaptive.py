@@ -80,7 +80,7 @@ def adaptive_step(problem, t, h):
             return status
     interpolate(work, state, target)
     if len(problem.model.driven) > 0:
-        bring(problem.loads.drives, t + h, state.q, state.v)
+        bring(problem.loads.drives, problem.data.live.course, t + h, state.q, state.v)
     clock[SINCE] += 1.0
     return CONVERGED
 

@@ -56,7 +56,7 @@ def fixed_step(problem, t, h):
             step = h - done
         status = call_step(problem.calls[STEP], problem, here, step)
         if status == CONVERGED and len(model.driven) > 0:
-            bring(loads.drives, here + step, q, v)
+            bring(loads.drives, data.live.course, here + step, q, v)
         if status == CONVERGED and too_far(model, work.before[Q], q):
             status = TOO_FAR
         if status == CONVERGED:
@@ -84,6 +84,18 @@ def fixed_step(problem, t, h):
     return CONVERGED
 
 
+@kernel
+def hand_over(given, live):
+    """Copy what is commanded to where kernels look for it."""
+    for w in range(len(given.follows)):
+        live.follows[w] = given.follows[w]
+        for c in range(6):
+            live.push[w, c] = given.push[w, c]
+    for d in range(len(given.course)):
+        for c in range(len(given.course[d])):
+            live.course[d, c] = given.course[d, c]
+
+
 @unit
 def advance(problem, step_ns, steps, most):
     """Make ``steps`` steps, fewer if they take more than ``most`` evaluations of the residual.
@@ -97,6 +109,7 @@ def advance(problem, step_ns, steps, most):
         data.gravity[c] = held.gravity[c]
     for i in range(len(held.effort)):
         data.effort[i] = held.effort[i]
+    hand_over(held.live, data.live)
     h = step_ns * 1e-9
     last, enough = made[0] + steps, counters[EVALUATIONS] + most
     while made[0] < last:

@@ -6,7 +6,7 @@ import numpy as np
 
 from soft_sim_ros.core.backend.structs import struct
 from soft_sim_ros.core.floats import Floats, Ints
-from soft_sim_ros.core.model.model import Data, Loads, Model
+from soft_sim_ros.core.model.model import Data, Live, Loads, Model
 from soft_sim_ros.core.recursion.elimination import System, new_system
 
 # What Method.kind may be: the file of the step.
@@ -53,12 +53,13 @@ class Method(NamedTuple):
 
 @struct
 class Held(NamedTuple):
-    """Gravity, efforts and tip wrench that are held, in the base frame."""
+    """Gravity, efforts, tip wrench and other inputs that are held, in the base frame."""
 
     gravity: Floats  # (3,) m/s²
     effort: Floats  # (A,) N·m, N or Pa; m of a tendon whose length is commanded
     tip: Floats  # (6,) moment N·m and force N on the tip
     follows: Ints  # (1,) 1: along the axes of the tip, 0: along those of the base
+    live: Live
 
 
 @struct

@@ -15,7 +15,7 @@ from soft_sim_ros.core.backend.copying import take_rest
 from soft_sim_ros.core.backend.jit import Call
 from soft_sim_ros.core.compile.scene import Compiled, compile_scene
 from soft_sim_ros.core.floats import Floats
-from soft_sim_ros.core.model.model import Data, new_data
+from soft_sim_ros.core.model.model import Data, Live, new_data, new_live
 from soft_sim_ros.core.recursion.elimination import dense, factor, new_system, solve
 from soft_sim_ros.core.recursion.rnea import inverse_dynamics
 from soft_sim_ros.core.recursion.tangent import tangent
@@ -48,10 +48,11 @@ class Equations:
         self.model = self.compiled.model
         self.n = len(self.compiled.coordinate_names)
         self.actuators = len(self.model.port_ptr) - 1
-        self._data = new_data(self.model)
+        self._data = new_data(self.model, len(self.compiled.loads.push))
         self._system = new_system(self.model)
         self._zero = np.zeros(self.n)
         self._no_tip = np.zeros(6)
+        self._at_rest = new_live(len(self.compiled.loads.push), len(self.model.driven))
         self.free = np.ones(self.n, dtype=bool)
         self.free[self.model.driven[:, 0]] = False
 
@@ -80,10 +81,13 @@ class Equations:
         share: float = 1.0,
         tip: Floats | None = None,
         tip_follows: bool = False,
+        live: Live | None = None,
     ) -> Data:
         """Return scratch with gravity, loads, efforts and a tip wrench (6,) set.
 
         The wrench is along world axes, or (``tip_follows``) along those of the tip.
+
+        live : what is commanded besides; None: nothing is
         """
         time, share = number("time", time), number("share", share)
         tip = self._no_tip if tip is None else vector("tip", tip, 6)
@@ -94,6 +98,7 @@ class Equations:
         data.effort[:] = 0.0
         if efforts is not None:
             data.effort[:] = share * vector("efforts", efforts, self.actuators)
+        self._command(live)
         apply_loads(
             self.compiled.loads,
             tip,
@@ -130,19 +135,27 @@ class Equations:
         return self.residual(q, v, a, self.forcing(efforts, time))
 
     def forward_dynamics(
-        self, q: Floats, v: Floats, efforts: Floats | None = None, time: float = 0.0
+        self,
+        q: Floats,
+        v: Floats,
+        efforts: Floats | None = None,
+        time: float = 0.0,
+        tip: Floats | None = None,
+        tip_follows: bool = False,
+        live: Live | None = None,
     ) -> Floats:
         """Return q̈ (n,), by elimination from tips to base: the cost is linear in the blocks.
 
-        Driven coordinates accelerate as they are told at ``time``.
+        Driven coordinates accelerate as they are told at ``time``. Other arguments: ``forcing``.
 
         Raises
         ------
         numpy.linalg.LinAlgError
             if a coordinate moves no mass
         """
-        told = self.guided(time)[2]
-        out = self.inverse_dynamics(q, v, told, efforts, time)
+        told = self.guided(time, live)[2]
+        data = self.forcing(efforts, time, 1.0, tip, tip_follows, live)
+        out = self.residual(q, v, told, data)
         tangent(self.model, self._data, (0.0, 0.0, 1.0), self._system)
         out[~self.free] = 0.0
         hold_still(self.model, self._system)
@@ -151,23 +164,40 @@ class Equations:
         solve(self.model, self._system, out)
         return np.where(self.free, -out, told)
 
-    def guided(self, time: float = 0.0) -> tuple[Floats, Floats, Floats]:
+    def _command(self, live: Live | None) -> None:
+        for own, given in zip(
+            self._data.live, self._at_rest if live is None else live, strict=True
+        ):
+            own[:] = given
+
+    def guided(self, time: float = 0.0, live: Live | None = None) -> tuple[Floats, Floats, Floats]:
         """Return positions, rates and accelerations (n,) of driven coordinates at a time in s.
 
         All others are zero.
+
+        live : what those that follow commands were commanded; None: nothing
         """
+        self._command(live)
         drives, out = self.compiled.loads.drives, np.zeros((3, self.n))
         told = np.zeros((len(drives.column), 3))
-        known_motions(drives, number("time", time), told)
+        known_motions(drives, self._data.live.course, number("time", time), told)
         out[:, drives.column] = told.T
         return out[0], out[1], out[2]
 
     def drive_forces(
-        self, q: Floats, v: Floats, efforts: Floats | None = None, time: float = 0.0
+        self,
+        q: Floats,
+        v: Floats,
+        efforts: Floats | None = None,
+        time: float = 0.0,
+        tip: Floats | None = None,
+        tip_follows: bool = False,
+        live: Live | None = None,
     ) -> Floats:
         """Return the forces (D,) in N·m or N that drives must give in a state, beyond springs."""
-        a = self.forward_dynamics(q, v, efforts, time)
-        return self.inverse_dynamics(q, v, a, efforts, time)[~self.free]
+        a = self.forward_dynamics(q, v, efforts, time, tip, tip_follows, live)
+        data = self.forcing(efforts, time, 1.0, tip, tip_follows, live)
+        return self.residual(q, v, a, data)[~self.free]
 
     def tangents(
         self,

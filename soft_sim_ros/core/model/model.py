@@ -154,6 +154,25 @@ def in_its_plane(model: Model) -> Model:
 
 
 @struct
+class Live(NamedTuple):
+    """What is commanded while the arm moves, besides efforts and the wrench at the tip.
+
+    W wrenches at places of their own, D driven coordinates.
+    """
+
+    push: Floats  # (W, 6) moment N·m, force N; along the axes of the base, or of the section
+    follows: Ints  # (W,) 1: along those of the section
+    # (D, 9) time in s at which a driven coordinate sets out, how long in s it takes, a polynomial
+    # in the part of that time that has passed, constant first, and the rate from then on
+    course: Floats
+
+
+def new_live(pushes: int, driven: int) -> Live:
+    """Return what is in force before any command: no wrench, and no motion."""
+    return Live(np.zeros((pushes, 6)), np.zeros(pushes, dtype=np.int64), np.zeros((driven, 9)))
+
+
+@struct
 class Data(NamedTuple):
     """Scratch arrays of one simulation; every kernel overwrites what it needs."""
 
@@ -183,10 +202,11 @@ class Data(NamedTuple):
     driven: Floats
     current: Floats  # (3, 4) velocity and acceleration of the fluid along world axes
     fluid_power: Floats  # (P, 2) work and loss in W of the fluid at its places, at the last sweep
+    live: Live
 
 
-def new_data(model: Model) -> Data:
-    """Allocate zeroed scratch for ``model``."""
+def new_data(model: Model, pushes: int = 0) -> Data:
+    """Allocate zeroed scratch for ``model``, with so many wrenches at places of their own."""
     segments = len(model.half)
     actuators = len(model.port_ptr) - 1
     nodes = segments + 1
@@ -215,6 +235,7 @@ def new_data(model: Model) -> Data:
         driven=np.zeros((len(model.driven), 4)),
         current=np.zeros((3, 4)),
         fluid_power=np.zeros((len(model.fluid.node), 2)),
+        live=new_live(pushes, len(model.driven)),
     )
     data.rotation[0, [0, 4, 8]] = 1.0
     return data
@@ -247,6 +268,7 @@ class Loads(NamedTuple):
     switches: Floats  # sorted times in s at which a factor jumps or bends, or a driven acceleration
     drives: Drives
     current: Drives  # of the fluid along world x, y, z in m/s; without any it is still
+    push: Ints  # (W,) nodes of the wrenches that are commanded
 
 
 @struct

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.mechanics.tips import apart, tip_ways
+from soft_sim_ros.core.model.model import Live
 from soft_sim_ros.errors import NotResolved
 from soft_sim_ros.scene.numerics import FIXED_ORDER
 
@@ -41,6 +42,7 @@ class Forcing(NamedTuple):
     share: float = 1.0
     tip: Floats | None = None
     tip_follows: bool = False
+    live: Live | None = None
 
 
 def newton(
@@ -48,7 +50,7 @@ def newton(
 ) -> Floats | None:
     """Return the equilibrium (n,) that Newton's method finds from q, or None."""
     mask = dynamics.free if free is None else free & dynamics.free
-    told, rates, accelerations = dynamics.guided(forcing.time)
+    told, rates, accelerations = dynamics.guided(forcing.time, forcing.live)
     weight = dynamics.model.weight[mask]
     q = np.where(dynamics.free, q, told)
     for _ in range(STEPS):
@@ -129,7 +131,7 @@ def motion_error(
     if not dynamics.compiled.chain.rods:
         return 0.0
     fine = finer(dynamics)
-    free, a = dynamics.free, dynamics.guided(forcing.time)[2]
+    free, a = dynamics.free, dynamics.guided(forcing.time, forcing.live)[2]
     still = dynamics.residual(q, v, a, dynamics.forcing(*forcing))
     mass = dynamics.last_tangent((0.0, 0.0, 1.0))
     a[free] -= np.linalg.solve(mass[np.ix_(free, free)], still[free])

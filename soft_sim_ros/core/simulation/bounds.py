@@ -7,6 +7,7 @@ limited to bounds far beyond any useful command. They follow from the arm only:
   more than a thousand times;
 - moment: what bends its stiffest section by 10 rad (a turn and a half) over its length, but not
   more than a thousand times its weight times its length; ten times that where nothing bends;
+- position and rate of a driven joint: a thousand rad, or lengths of the arm, and that per second;
 - length: that of the arm; pressure: ten times that force in a chamber.
 
 Scenes and parameters can say something else.
@@ -16,7 +17,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,7 @@ from soft_sim_ros.scene.summary import summary, total_mass
 G = 9.81  # m/s², also where the scene has no gravity
 LIGHT, HEAVY = 10.0, 1000.0  # times the weight
 STRETCH, TURN = 0.1, 10.0  # strain, rad
+FAR = 1000.0  # rad, or lengths of the arm
 
 
 @dataclass(frozen=True)
@@ -40,16 +42,18 @@ class Bounds:
     efforts : (A, 2) lowest and highest command of every actuator, in its unit
     moment : largest moment of the wrench at the tip, N·m; infinite = not bounded
     force : largest force of it, N
+    drives : (C,) largest position in rad or m, and rate, of driven coordinates that follow commands
     """
 
     efforts: NDArray[np.float64]
     moment: float
     force: float
+    drives: NDArray[np.float64]
 
     @classmethod
     def none(cls, scene: Scene) -> Bounds:
         """Bounds of a scene that are its limits and nothing more."""
-        return cls(_limits(scene), math.inf, math.inf)
+        return cls(_limits(scene), math.inf, math.inf, np.full(len(scene.commanded), math.inf))
 
     @classmethod
     def of_arm(cls, scene: Scene, length: float, moment: float = 0.0, force: float = 0.0) -> Bounds:
@@ -76,7 +80,8 @@ class Bounds:
             set_by_scene = [abs(x) for x in (*actuator.limits, actuator.safe) if math.isfinite(x)]
             high = max(high, *set_by_scene)
             row[:] = np.clip(row, -high, high)
-        return cls(efforts, moment or most["N·m"], force or most["N"])
+        drives = [FAR * (1.0 if unit == "rad" else length) for unit in scene.commanded_units]
+        return cls(efforts, moment or most["N·m"], force or most["N"], np.array(drives))
 
     @classmethod
     def recorded(cls, scene: Scene, facts: dict[str, str]) -> Bounds:
@@ -90,7 +95,20 @@ class Bounds:
         if efforts.shape != plain.efforts.shape or np.isnan(efforts).any():
             shape = f"{len(plain.efforts)} pairs of numbers"
             raise ValueError(f"effort_limits = {bare(text)}: expected {shape}")
-        return cls(efforts, _limit(facts, "moment_limit"), _limit(facts, "force_limit"))
+        moment, force = (_limit(facts, f"{key}_limit") for key in ("moment", "force"))
+        text = facts.get("drive_limits", "null")
+        try:
+            drives = np.array(json.loads(text) or plain.drives, float)
+        except (ValueError, TypeError):
+            drives = np.empty(0)
+        if drives.shape != plain.drives.shape or not (drives >= 0.0).all():
+            numbers = f"{len(plain.drives)} numbers"
+            raise ValueError(f"drive_limits = {bare(text)}: expected {numbers}")
+        return cls(efforts, moment, force, drives)
+
+    def within(self, moment: float, force: float) -> Bounds:
+        """Return bounds whose moment in N·m and force in N are no larger than these."""
+        return replace(self, moment=min(self.moment, moment), force=min(self.force, force))
 
     def facts(self) -> dict[str, str]:
         """Give the bounds as text, for `recorded`."""
@@ -98,6 +116,7 @@ class Bounds:
             "moment_limit": repr(self.moment),
             "force_limit": repr(self.force),
             "effort_limits": json.dumps(self.efforts.tolist()),
+            **({"drive_limits": json.dumps(self.drives.tolist())} if len(self.drives) else {}),
         }
 
     def cut(self, wrench: NDArray[np.float64]) -> tuple[NDArray[np.float64], tuple[str, ...]]:

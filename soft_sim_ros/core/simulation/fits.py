@@ -36,14 +36,19 @@ def refuse_misfit(state: SimulationState, problem: Problem, n: int, most_steps: 
     StateError
         which names the part that is not as it should be
     """
+    live = problem.held.live
     where, actuators = f"state of {state.scene!r}", len(problem.held.effort)
     shapes: dict[str, tuple[int, ...]] = {
         **{"q": (n,), "v": (n,), "dashpots": (2, len(problem.state.q) - n)},
         **{"efforts": (actuators,), "wrench": (6,), "ports": (actuators,)},
+        **{"pushes": live.push.shape, "pushes_follow": live.follows.shape},
+        "courses": live.course.shape,
         **dict.fromkeys(("dissipated", "load_work", "actuator_work", "reference"), ()),
     }
     for key, shape in shapes.items():
         _refuse(where, key, getattr(state, key), shape)
+    if not np.isin(state.pushes_follow, [0, 1]).all():
+        raise StateError(where, "pushes_follow", str(state.pushes_follow.tolist()), "0 or 1")
     if not 0 <= state.step_index <= most_steps:
         expected = f"a whole number in [0, {most_steps}]"
         raise StateError(where, "step_index", str(state.step_index), expected)

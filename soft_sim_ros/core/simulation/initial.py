@@ -91,6 +91,8 @@ def _impose(element: Element, offset: Floats, q: Floats) -> None:
 def check_mass(dynamics: Dynamics, q: Floats) -> None:
     """Refuse coordinates (n,) that move no mass: their motion has no equation.
 
+    Driven ones need none.
+
     Raises
     ------
     SceneError
@@ -98,7 +100,10 @@ def check_mass(dynamics: Dynamics, q: Floats) -> None:
     """
     if not 0 < dynamics.n <= MASS_CHECKED:
         return
-    mass = dynamics.mass_matrix(q)
+    free = np.flatnonzero(dynamics.free)
+    mass = dynamics.mass_matrix(q)[np.ix_(free, free)]
+    if not len(free):
+        return
     diagonal = np.diag(mass)
     worst = int(np.argmin(diagonal))
     vanishes = not diagonal[worst] > 0.0
@@ -110,7 +115,7 @@ def check_mass(dynamics: Dynamics, q: Floats) -> None:
         values, shapes = np.linalg.eigh(scaled)
         worst, vanishes = int(np.argmax(np.abs(shapes[:, 0]))), not values[0] > VANISHING
     if vanishes:
-        name = dynamics.compiled.coordinate_names[worst]
+        name = dynamics.compiled.coordinate_names[free[worst]]
         expected = f"a mass that its coordinate {name!r} moves (more nodes, or a body after it)"
         scene = dynamics.compiled.scene
         raise SceneError(scene.file, "bodies", scene.name, expected)

@@ -1,6 +1,6 @@
-"""External inputs of the arm: commanded efforts and the wrench at the tip.
+"""External inputs of the arm: commanded efforts, wrenches, and goals of driven joints.
 
-``Inputs`` stands between messages and ``Simulation``. The efforts of every step are a pure function
+``Inputs`` stands between messages and ``Simulation``. What acts in every step is a pure function
 of the simulation time and of the orders taken up so far, so the node and a later re-simulation of
 its recording, which take up the same orders at the same times, apply the same bits, however the
 steps were grouped into calls.
@@ -18,7 +18,7 @@ from soft_sim_ros.core.arguments import number, whole
 
 from .bounds import Bounds
 from .order_book import OrderBook
-from .orders import EXTERNAL_WRENCH, WORLD, Order
+from .orders import EXTERNAL_WRENCH, TIP, WORLD, Goal, Order, PoseGoal
 from .orders import wrench_frame as wrench_frame  # for those who look for it here
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ _EVER = 4e9  # s: beyond all times that 64 bits of nanoseconds are used for, wit
 
 
 class Inputs(OrderBook):
-    """Commanded efforts and tip wrench of one simulation, with limits and a timeout.
+    """Commanded efforts, wrenches and goals of one simulation, with limits and a timeout.
 
     Parameters
     ----------
@@ -40,7 +40,8 @@ class Inputs(OrderBook):
         s of simulation time for which the last order of an actuator (or of the wrench) is held;
         0 = for ever.
     ramp : float
-        s over which a stale effort then goes linearly to its safe value (the wrench to zero).
+        s over which a stale effort then goes linearly to its safe value (a wrench to zero).
+        A driven coordinate whose last command leaves it moving is then brought to rest.
     bounds : Bounds or None
         To what a wrench, and efforts without limits, are cut; None = to nothing.
 
@@ -70,7 +71,11 @@ class Inputs(OrderBook):
         self.simulation = simulation
         super().__init__(simulation.scene, bounds)
         safe = [actuator.safe for actuator in simulation.scene.actuators]
-        self._safe = np.array(safe + 6 * [0.0], dtype=float)
+        others = 6 * len(self.wrenches) + len(self.commanded)
+        self._safe = np.array(safe + others * [0.0], dtype=float)
+        wrenches = [EXTERNAL_WRENCH, *(f"{EXTERNAL_WRENCH}/{of}" for of in self.wrenches[1:])]
+        pushes = [name for name in wrenches for _ in range(6)]
+        self._labels = (*self.names, *pushes, *self.commanded)  # of all channels
         self._events: list[tuple[int, str]] = []
         self.last_order_ns: int | None = None
         self._clear()
@@ -85,14 +90,21 @@ class Inputs(OrderBook):
         if order.frame is None:
             self._changed = True
         else:
-            self._pushed = True
+            self._pushed[order.which] = True
+        for goal in order.goals:
+            self._going[goal.name] = goal
+        if order.pose is not None:
+            for name in self._poses[order.pose.joint]:
+                self._going.pop(name, None)
+            self._posing[order.pose.joint] = order.pose
+        self._active |= {self._labels[i] for i in order.channels if i >= self._first_drive}
         self._held[order.channels] = order.values
         self._since[order.channels] = _NEVER if order.lasting else now
         self._lasting[order.channels] = order.lasting
         self._late[order.channels] = False
         self._oldest = int(self._since.min())
         if order.frame is not None:
-            self._frame = order.frame
+            self._frames[order.which] = order.frame
         self.last_order_ns = now
 
     def command(self, efforts: Sequence[float] | np.ndarray) -> Order:
@@ -107,9 +119,28 @@ class Inputs(OrderBook):
         self.take(order)
         return order
 
-    def wrench(self, wrench: Sequence[float], frame: str = WORLD) -> Order:
-        """Check and take up a tip wrench (6,), moment then force."""
-        order = self.wrench_order(wrench, frame)
+    def wrench(self, wrench: Sequence[float], frame: str | None = WORLD, of: str = TIP) -> Order:
+        """Check and take up a wrench (6,), moment then force, at the tip or an input load."""
+        order = self.wrench_order(wrench, frame, of)
+        self.take(order)
+        return order
+
+    def drive(
+        self,
+        names: Sequence[str],
+        positions: Sequence[float] | None = None,
+        velocities: Sequence[float] | None = None,
+    ) -> Order:
+        """Check and take up goals of driven coordinates."""
+        order = self.drive_order(names, positions, velocities)
+        self.take(order)
+        return order
+
+    def drive_pose(
+        self, joint: str, pose: Sequence[float], twist: Sequence[float] | None = None
+    ) -> Order:
+        """Check and take up the pose of a free joint at the base."""
+        order = self.pose_order(joint, pose, twist)
         self.take(order)
         return order
 
@@ -140,10 +171,25 @@ class Inputs(OrderBook):
                 steps = left // self.simulation.step_ns + 1
         if self._changed:
             self.simulation.set_efforts(values[:n])
-        if self._pushed:
-            self.simulation.set_tip_wrench(values[n:], self._frame)
-        self._changed = self._pushed = False
+        self._changed = False
+        for i in np.flatnonzero(self._pushed).tolist():
+            wrench = values[n + 6 * i : n + 6 * (i + 1)]
+            if i == 0:
+                self.simulation.set_tip_wrench(wrench, self._frames[i])
+            else:
+                self.simulation.set_wrench(self.wrenches[i], wrench, self._frames[i])
+            self._pushed[i] = False
+        self._set_out()
         return steps
+
+    def _set_out(self) -> None:
+        """Send driven coordinates on their ways."""
+        for joint, pose in list(self._posing.items()):
+            self.simulation.set_driven_pose(joint, pose.pose, pose.twist)
+            del self._posing[joint]
+        for name, goal in list(self._going.items()):
+            self.simulation.set_driven(name, goal.position, goal.velocity)
+            del self._going[name]
 
     def advance(self, steps: int) -> None:
         """Advance the simulation by ``steps``, with the right efforts in every step."""
@@ -165,22 +211,32 @@ class Inputs(OrderBook):
         The wrench goes first; if there is none, all efforts become the safe ones. Nothing that
         was tried with it leaves a trace in what follows. An empty list: nothing was in force.
         """
-        n = len(self.names)
-        dropped = [EXTERNAL_WRENCH] if self._held[n:].any() else []
-        part = slice(n, None)
+        first, drives = len(self.names), self._first_drive
+        dropped = self._named(slice(first, drives), self._held[first:drives] != 0.0)
+        part = slice(first, drives)
         if not dropped:
-            part = slice(0, n)
-            moved = self._held[part] != self._safe[part]
-            dropped = [name for name, far in zip(self.names, moved, strict=True) if far]
+            part = slice(0, first)
+            dropped = self._named(part, self._held[part] != self._safe[part])
+        if not dropped and self._active:
+            part = slice(drives, None)
+            dropped = [name for name in self.commanded if name in self._active]
+            for name in dropped:
+                self._going[name] = Goal(name, None, 0.0)
+            self._active.clear()
         if dropped:
             self._held[part] = self._safe[part]
             self._since[part] = _NEVER
             self._late[part] = self._lasting[part] = False
             self._oldest = int(self._since.min())
-            self._changed = self._pushed = True
+            self._changed = True
+            self._pushed[:] = True
             self.simulation.forget_attempts()
             self.update()
         return dropped
+
+    def _named(self, part: slice, which: np.ndarray) -> list[str]:
+        """Return the names of what channels of ``part`` belong to, of ``which`` of them."""
+        return list(dict.fromkeys(self._labels[i + part.start] for i in np.flatnonzero(which)))
 
     def take_events(self) -> list[tuple[int, str]]:
         """Return what happened by itself since the last call, as (time in ns, text)."""
@@ -193,8 +249,13 @@ class Inputs(OrderBook):
         self._oldest = _NEVER  # the earliest of ``_since``
         self._late: np.ndarray = np.zeros(self._safe.shape, dtype=bool)
         self._lasting: np.ndarray = np.zeros(self._safe.shape, dtype=bool)
-        self._frame = WORLD
-        self._changed = self._pushed = True  # efforts, wrench
+        self._frames = [WORLD] * len(self.wrenches)
+        self._changed = True  # efforts
+        self._pushed: np.ndarray = np.ones(len(self.wrenches), dtype=bool)
+        # goals that were taken up and not yet acted on; coordinates that were ever commanded
+        self._going: dict[str, Goal] = {}
+        self._posing: dict[str, PoseGoal] = {}
+        self._active: set[str] = set()
 
     def _ramp(self, values: np.ndarray, now: int) -> None:
         """Move what is past its timeout at ``now`` towards its safe value, and say so once."""
@@ -203,25 +264,27 @@ class Inputs(OrderBook):
         ramping = late > 0
         fresh = ramping & ~self._late & (self._held != self._safe)
         if fresh.any():
-            who = [name for name, new in zip(self.names, fresh, strict=False) if new]
-            if fresh[len(self.names) :].any():
-                who.append(EXTERNAL_WRENCH)
+            who = self._named(slice(0, None), fresh)
             self._events.append((self.simulation.time_ns, "command_timeout: " + ", ".join(who)))
         self._late = ramping
+        drives = self._first_drive
+        for i in np.flatnonzero(fresh[drives:]).tolist():  # brought to rest by a way of its own
+            self._going[self.commanded[i]] = Goal(self.commanded[i], None, 0.0)
         over = ramping & (late >= self._ramp_ns)
+        over[drives:] |= fresh[drives:]
         part = ramping & ~over
-        self._changed = self._pushed = True
+        self._changed = True
+        self._pushed[:] = True
         values[part] += (late[part] / max(self._ramp_ns, 1)) * (self._safe - self._held)[part]
         values[over] = self._safe[over]
         self._held[over] = self._safe[over]
         self._since[over] = _NEVER
         self._oldest = int(self._since.min())
-        self._changed = self._pushed = True
 
     def __copy__(self) -> Inputs:
         """Return inputs of the same simulation that hold the same; later orders do not mix."""
         new = object.__new__(type(self))
         for name, value in vars(self).items():
-            own = isinstance(value, np.ndarray | list)
+            own = isinstance(value, np.ndarray | list | dict | set)
             setattr(new, name, copy(value) if own else value)
         return new

@@ -13,7 +13,8 @@ from soft_sim_ros.errors import BadArgument, CommandError
 from soft_sim_ros.foreign import bare, listed, shown
 
 COMMAND, JOINT_COMMAND, EXTERNAL_WRENCH = "~/command", "~/joint_command", "~/external_wrench"
-WORLD, TIP = "world", "tip"
+WORLD, TIP, BODY = "world", "tip", "body"
+DRIVE = "~/drive"
 MOST_NAMES = 20  # in one complaint
 
 
@@ -21,10 +22,13 @@ MOST_NAMES = 20  # in one complaint
 class Order:
     """A validated command, ready to be taken up at a step boundary.
 
-    ``channels`` (k,) counts the actuators first, then the six components of the tip wrench;
+    ``channels`` (k,) counts the actuators first, then the six components of the tip wrench and of
+    every wrench at a place of its own, then the driven coordinates that follow commands;
     ``values`` (k,) are efforts in actuator units, moments in N·m, forces in N, already inside the
-    limits. ``clamped`` says in words what had to be cut. ``frame`` is set for a wrench only. A
-    ``lasting`` order has no timeout.
+    limits, and for driven coordinates whether they will go on moving, 1 or 0. ``clamped`` says in
+    words what had to be cut. ``frame`` is set for a wrench only, ``which`` of them it is: 0, that
+    at the tip. A ``lasting`` order has no timeout. ``goals`` say where driven coordinates are to
+    go, ``pose`` where a free joint is.
     """
 
     channels: np.ndarray
@@ -32,17 +36,45 @@ class Order:
     clamped: tuple[str, ...] = ()
     frame: str | None = None
     lasting: bool = False
+    which: int = 0
+    goals: tuple[Goal, ...] = ()
+    pose: PoseGoal | None = None
 
 
-def wrench_frame(frame_id: str, base_frame_id: str) -> str:
-    """Frame of a wrench message: empty or the frame of the poses = "world", "tip" = follower."""
-    if frame_id == TIP:
-        return TIP
-    if frame_id in ("", base_frame_id):
+@dataclass(frozen=True)
+class Goal:
+    """Where a driven coordinate is to go: position in rad or m, and rate; None: not said."""
+
+    name: str
+    position: float | None
+    velocity: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class PoseGoal:
+    """Where a free joint is to go: pose (7,) and twist (6,), which is along its own axes."""
+
+    joint: str
+    pose: np.ndarray
+    twist: np.ndarray | None
+
+
+def wrench_frame(
+    frame_id: str, base_frame_id: str, own: str = TIP, plain: str = WORLD, topic: str = ""
+) -> str:
+    """Return along which axes the wrench of a message is: "world", or ``own`` = a follower.
+
+    An empty frame is ``plain``, the frame of the poses is the world.
+    """
+    if frame_id == "":
+        return plain
+    if frame_id == own:
+        return own
+    if frame_id == base_frame_id:
         return WORLD
     raise CommandError(
-        EXTERNAL_WRENCH,
-        f"frame {shown(frame_id)}: expected {base_frame_id!r}, an empty one or {TIP!r}",
+        topic or EXTERNAL_WRENCH,
+        f"frame {shown(frame_id)}: expected {base_frame_id!r}, an empty one or {own!r}",
         "frame",
     )
 

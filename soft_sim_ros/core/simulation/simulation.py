@@ -25,13 +25,13 @@ from soft_sim_ros.core.integrators.problem import (
     forget,
 )
 from soft_sim_ros.core.mechanics.sampler import Frames, Sampler
-from soft_sim_ros.errors import BadArgument, Diverged
+from soft_sim_ros.errors import Diverged
 from soft_sim_ros.scene import Scene
 
+from .held import Holding
 from .state import SimulationState
 from .statistics import Statistics
 from .stepper import Stepper
-from .twins import Twins
 
 LEDGER = (
     "kinetic",
@@ -46,7 +46,7 @@ LEDGER = (
 MOST_POSES = 100_000
 
 
-class Simulation(Twins):
+class Simulation(Holding):
     """A soft arm in motion.
 
     Parameters
@@ -114,44 +114,6 @@ class Simulation(Twins):
     def forget_attempts(self) -> None:
         """Let a step that failed have no influence on the next one: the state alone counts."""
         forget(self._work)
-
-    def set_efforts(self, efforts: Floats) -> None:
-        """Hold efforts (A,) in scene order, in N·m, N or Pa (lengths in m), from now on."""
-        given = vector("efforts", efforts, self.n_actuators)
-        if not self._entry.hold(given):
-            raise BadArgument("efforts", efforts, f"{self.n_actuators} finite numbers")
-
-    def set_tip_wrench(self, wrench: Floats, frame: str = "world") -> None:
-        """Hold a wrench (6,), moment N·m then force N, on the tip.
-
-        Along world axes, or ("tip") following it.
-        """
-        wrench = vector("wrench", wrench, 6, finite=True)
-        if frame not in ("world", "tip"):
-            raise BadArgument("frame", frame, "'world' or 'tip'")
-        follows = frame == "tip"
-        local = wrench if follows else self.dynamics.to_base(wrench)
-        if not np.isfinite(local).all():  # overflows when rotated
-            raise BadArgument("wrench", wrench, "6 finite numbers, also along the axes of the base")
-        held = self._held
-        if follows == held.follows[0] and np.array_equal(local, held.tip):
-            return
-
-        def push() -> None:
-            held.tip[:], held.follows[0] = local, follows
-            self._work.restart[0] = 1
-
-        wholly(push)
-
-    def held(self) -> tuple[Floats, Floats, bool]:
-        """Return the efforts (A,) held now, the wrench (6,) on the tip, and whether it follows it.
-
-        The wrench is along world axes, or along those of the tip if it follows.
-        """
-        held, turn = self._held, self.compiled.base[:3, :3]
-        follows = bool(held.follows[0])
-        wrench = held.tip if follows else (turn @ held.tip.reshape(2, 3).T).T.ravel()
-        return held.effort.copy(), wrench.copy(), follows
 
     def advance(self, steps: int) -> None:
         """Make ``steps`` steps. The GIL is free meanwhile.

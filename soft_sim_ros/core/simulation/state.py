@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.floats import Floats, Ints
 
 from .mark import ModelMark
 from .memory import SolverMemory
 from .value import Value
 from .value_file import load, save
 
-FORMAT = "soft_sim_ros state 1"
+FORMAT = "soft_sim_ros state 2"
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +32,9 @@ class SimulationState(Value):
     wrench : (6,) held at the tip, moment in N·m and force in N, along the axes of the base or, if
         ``wrench_follows``, of the tip
     wrench_follows : whether it turns with the tip
+    pushes : (W, 6) wrenches at places of their own, in the order of the loads, likewise
+    pushes_follow : (W,) 1: along the axes of the section
+    courses : (D, 9) what driven coordinates were last commanded, as in ``Live.course``
     dissipated, load_work : J since the ledger began
     actuator_work : J, up to the last change of an effort
     reference : J, the energy that the ledger began with
@@ -52,6 +55,9 @@ class SimulationState(Value):
     efforts: Floats
     wrench: Floats
     wrench_follows: bool
+    pushes: Floats
+    pushes_follow: Ints
+    courses: Floats
     dissipated: float
     load_work: float
     actuator_work: float

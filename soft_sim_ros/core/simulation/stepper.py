@@ -27,7 +27,7 @@ from soft_sim_ros.core.integrators.problem import (
     new_work,
 )
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.model.model import new_data
+from soft_sim_ros.core.model.model import new_data, new_live
 from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.errors import BadArgument, OtherModel
 
@@ -70,11 +70,12 @@ class Stepper:
             effort=self._safe_efforts(),
             tip=np.zeros(6),
             follows=np.zeros(1, dtype=np.int64),
+            live=new_live(len(compiled.loads.push), len(stepped.driven)),
         )
         self._problem = Problem(
             model=stepped,
             loads=compiled.loads,
-            data=new_data(stepped),
+            data=new_data(stepped, len(compiled.loads.push)),
             work=self._work,
             method=method,
             held=self._held,
@@ -127,6 +128,9 @@ class Stepper:
             efforts=held.effort,
             wrench=held.tip,
             wrench_follows=bool(held.follows[0]),
+            pushes=held.live.push,
+            pushes_follow=held.live.follows,
+            courses=held.live.course,
             dissipated=float(state.ledger[DISSIPATED]),
             load_work=float(state.ledger[LOAD_WORK]),
             actuator_work=float(state.account[BOOKED]),
@@ -167,6 +171,8 @@ class Stepper:
             state.wrench,
             state.wrench_follows,
         )
+        held.live.push[:], held.live.follows[:] = state.pushes, state.pushes_follow
+        held.live.course[:] = state.courses
         mine.ledger[DISSIPATED], mine.ledger[LOAD_WORK] = state.dissipated, state.load_work
         mine.account[BOOKED], mine.account[REFERENCE] = state.actuator_work, state.reference
         mine.settled[:] = state.ports
@@ -182,7 +188,8 @@ class Stepper:
         n = self.n_coordinates
         self._q[:n], self._v[:n] = q, v
         if len(self.compiled.model.driven):
-            bring(self.compiled.loads.drives, self.time, self._q, self._v)
+            course = self._held.live.course
+            bring(self.compiled.loads.drives, course, self.time, self._q, self._v)
         self._q[n:], self._v[n:] = self._q[: len(self._q) - n], 0.0
         forget(self._work)
         state = self._state

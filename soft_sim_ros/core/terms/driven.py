@@ -19,7 +19,9 @@ NAMES = (
 OPERATIONS = {name: i for i, name in enumerate(NAMES)}
 NUMBER, TIME, PLUS, MINUS, TIMES, OVER, POWER, NEGATIVE = range(8)
 SIN, COS, TAN, EXP, LOG, SQRT, SINH, COSH, TANH, ATAN = range(8, 18)
-TABLE = len(NAMES)
+TABLE, COMMANDED = len(NAMES), len(NAMES) + 1
+# columns of Live.course
+SINCE, LASTS, COURSE, RATE = 0, 1, 2, 8
 DEEPEST = 64  # of the stack: formulas nest less deeply
 # What the diagonal of a driven coordinate is multiplied by: its row then says that it keeps still.
 HELD = 1e30
@@ -96,8 +98,26 @@ def of_table(table, first, last, t):
     )
 
 
+@kernel
+def of_course(course, d, t):
+    """Return the jet of what driven coordinate d was last commanded, at time t in s."""
+    lasts, since = course[d, LASTS], t - course[d, SINCE]
+    if not since < lasts:
+        end = 0.0
+        for i in range(6):
+            end += course[d, COURSE + i]
+        return end + course[d, RATE] * (since - lasts), course[d, RATE], 0.0
+    x = since / lasts
+    p, p1, p2 = 0.0, 0.0, 0.0
+    for i in range(5, -1, -1):  # Horner's rule, with its derivatives
+        p2 = p2 * x + 2.0 * p1
+        p1 = p1 * x + p
+        p = p * x + course[d, COURSE + i]
+    return p, p1 / lasts, p2 / (lasts * lasts)
+
+
 @unit
-def known_motion(drives, d, t, out):
+def known_motion(drives, course, d, t, out):
     """Fill out (3,) with position, rate and acceleration of driven coordinate d at time t in s."""
     out = bare(out)
     stack = np.zeros((DEEPEST, 3))
@@ -114,6 +134,9 @@ def known_motion(drives, d, t, out):
             top += 1
             k = int(drives.operand[i])
             jet = of_table(drives.table, drives.table_ptr[k], drives.table_ptr[k + 1], t)
+        elif which == COMMANDED:
+            top += 1
+            jet = of_course(course, d, t)
         else:
             x = (stack[top, 0], stack[top, 1], stack[top, 2])
             if which == NEGATIVE:
@@ -139,20 +162,20 @@ def known_motion(drives, d, t, out):
 
 
 @unit
-def known_motions(drives, t, out):
+def known_motions(drives, course, t, out):
     """Fill the first three columns of out (D, 4) with what all driven coordinates do at t in s."""
     out = bare(out)
     for d in range(len(drives.column)):
-        known_motion(drives, d, t, out[d])
+        known_motion(drives, course, d, t, out[d])
 
 
 @unit
-def bring(drives, t, q, v):
+def bring(drives, course, t, q, v):
     """Set driven coordinates and rates among q, v (≥ n,) to what they are told at t in s."""
     q, v = bare(q), bare(v)
     now = np.zeros(3)
     for d in range(len(drives.column)):
-        known_motion(drives, d, t, now)
+        known_motion(drives, course, d, t, now)
         q[drives.column[d]], v[drives.column[d]] = now[0], now[1]
 
 

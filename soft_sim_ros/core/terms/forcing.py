@@ -75,6 +75,10 @@ def apply_loads(loads, tip, tip_follows, t, share, data):
         for c in range(6):
             data.dead[loads.node[p], c] = 0.0
             data.follower[loads.node[p], c] = 0.0
+    for w in range(len(loads.push)):
+        for c in range(6):
+            data.dead[loads.push[w], c] = 0.0
+            data.follower[loads.push[w], c] = 0.0
     for c in range(6):
         data.dead[last, c] = 0.0 if tip_follows else share * tip[c]
         data.follower[last, c] = share * tip[c] if tip_follows else 0.0
@@ -89,10 +93,17 @@ def apply_loads(loads, tip, tip_follows, t, share, data):
         for p in range(loads.ptr[i], loads.ptr[i + 1]):
             for c in range(6):
                 target[loads.node[p], c] += factor * loads.wrench[p, c]
+    for w in range(len(loads.push)):
+        follows = data.live.follows[w]
+        target = data.follower if follows else data.dead
+        for c in range(6):
+            if data.live.push[w, c] != 0.0:
+                data.active[1 if follows else 0] = 1
+                target[loads.push[w], c] += share * data.live.push[w, c]
     if len(loads.drives.column) > 0:
-        known_motions(loads.drives, t, data.driven)
+        known_motions(loads.drives, data.live.course, t, data.driven)
     if len(loads.current.column) > 0:
-        known_motions(loads.current, t, data.current)
+        known_motions(loads.current, data.live.course, t, data.current)
 
 
 @kernel
