@@ -33,7 +33,7 @@ help:
 	@echo "make realtime  times real time, and the node's share of a core"
 	@echo "make guard   whether steps cost more than they did: a minute"
 	@echo "make docs    the documentation site, in build/docs; make docs-links asks other servers"
-	@echo "make gallery the pictures of docs/forest.md, made again"
+	@echo "make gallery the pictures of docs/forest.md and docs/fluid.md, made again"
 	@echo "make env     only the environment, in $(VENV)"
 	@echo "make lint    linter and type checker; make format rewrites the sources"
 	@echo "make clean   remove what was built, but not runs/"

@@ -143,6 +143,10 @@ def _link(scene: Document, size: float) -> None:
     scene["bodies"].append(link)
 
 
+def _fluid(scene: Document, size: float) -> None:
+    scene["fluid"] = {"density": max(size, 1e-50), "current": [0.1, 0.2, 0.0]}
+
+
 def _space(scene: Document, size: float) -> None:
     scene["bodies"][0]["strains"] = ALL
 
@@ -197,6 +201,7 @@ FEATURES = (
         "stiffness between strains",
         _section(coupling=lambda x: {"bend_z": {"shear_y": x}}), 1.0,
     ),
+    Feature("surrounding fluid", _fluid, 1000.0),
     Feature("rigid body at the tip", _body(False, rigid_body="b", mass=None), 0.1),
     Feature("strains out of the plane", _space),
 )  # fmt: skip

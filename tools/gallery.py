@@ -1,4 +1,4 @@
-"""Draw the scenes of several branches as docs/forest.md shows them: ``python tools/gallery.py``.
+"""Draw scenes as docs/forest.md and docs/fluid.md show them: ``python tools/gallery.py``.
 
 Each is simulated from its start under the efforts below, and drawn at some instants in one
 picture, earlier ones paler. Shapes and colours are those of the viewer (soft_sim_ros/viewing).
@@ -27,7 +27,7 @@ from soft_sim_ros.viewing.scenery import Scenery
 from soft_sim_ros.viewing.shapes import REMOVED, Shape
 from soft_sim_ros.viewing.tube import rotations
 
-FOLDER = Path(__file__).parents[1] / "docs" / "forest"
+DOCS = Path(__file__).parents[1] / "docs"
 LIGHT = np.array([0.3, -0.6, 0.75])
 ROUND = 14  # sides of what is round
 Array = NDArray[Any]
@@ -40,11 +40,13 @@ class Shot:
     times : instants in s that are drawn
     efforts : of actuators by name; all others are zero
     view : elevation and azimuth in degrees
+    page : of docs/, beside which its folder is
     """
 
     times: tuple[float, ...]
     efforts: dict[str, float]
     view: tuple[float, float]
+    page: str = "forest"
 
 
 SHOTS = {
@@ -65,6 +67,7 @@ SHOTS = {
         (12.0, -35.0),
     ),
     "mobile_arm": Shot((0.0, 1.0, 2.1), {"pull_120": 6.0}, (24.0, -70.0)),
+    "swimmer": Shot((0.0, 5.0, 8.0), {"steer": 0.01}, (58.0, -84.0), "fluid"),
 }  # fmt: skip
 
 
@@ -180,7 +183,8 @@ def picture(shot: Shot, faces: Array, colours: Array, drawn: tuple[list, list, l
     figure = Figure(figsize=(5.2, 5.2), layout="constrained")
     axes: Any = figure.add_subplot(projection="3d", proj_type="ortho")
     axes.add_collection3d(Poly3DCollection(faces, facecolors=colours, edgecolors="none"))
-    axes.add_collection3d(Line3DCollection(drawn[0], colors=drawn[1], linewidths=drawn[2]))
+    if drawn[0]:
+        axes.add_collection3d(Line3DCollection(drawn[0], colors=drawn[1], linewidths=drawn[2]))
     low, high = middle - half, middle + half
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
@@ -198,15 +202,16 @@ def main() -> None:
     """Write one PNG for each scene."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("scenes", nargs="*", default=list(SHOTS), help="default: all of them")
-    parser.add_argument("--out", type=Path, default=FOLDER, help="folder; default docs/forest")
+    parser.add_argument("--out", type=Path, help="folder; default that of the page in docs")
     options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
     for name in options.scenes:
+        folder = options.out or DOCS / SHOTS[name].page
+        folder.mkdir(parents=True, exist_ok=True)
         image = io.BytesIO()
         with matplotlib.rc_context(RC):
             draw(name).savefig(image, format="png", dpi=110, metadata={"Software": None})
-        write_whole(options.out / f"{name}.png", image.getvalue())
-        print(options.out / f"{name}.png")
+        write_whole(folder / f"{name}.png", image.getvalue())
+        print(folder / f"{name}.png")
 
 
 if __name__ == "__main__":

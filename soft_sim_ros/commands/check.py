@@ -22,7 +22,7 @@ from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import NotResolved, StaticsFailed
 from soft_sim_ros.scene import Scene, load_scene, summary, total_mass
 from soft_sim_ros.scene.limbs import limbs_of
-from soft_sim_ros.scene.summary import elastic
+from soft_sim_ros.scene.summary import elastic, in_fluid
 
 # heading, field of the summary
 COLUMNS = (
@@ -100,6 +100,8 @@ def sections(scene: Scene) -> Iterator[str]:
         f"bodies {len(scene.bodies)}, sections {len(rows)}, "
         f"actuators {len(scene.actuators)}, loads {len(scene.loads)}"
     )
+    if surrounded := in_fluid(scene):
+        yield surrounded
     limbs = limbs_of(scene)
     if limbs.branched:
         yield f"branches {len(limbs.backbones)}: {', '.join(map(' → '.join, limbs.rows)) or 'none'}"

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from soft_sim_ros.scene.fluid import BodyFluid, RodFluid
 from soft_sim_ros.scene.interval import NONNEGATIVE, POSITIVE, Interval
 from soft_sim_ros.scene.joint import Joint, read_joint
 from soft_sim_ros.scene.material import Material
 from soft_sim_ros.scene.pose import IDENTITY, Pose, read_pose
+from soft_sim_ros.scene.read_fluid import read_body_fluid, read_link_fluid, read_rod_fluid
 from soft_sim_ros.scene.read_section import read_section
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.reference import Reference
@@ -34,6 +36,7 @@ class Rod:
     strains: tuple[str, ...]
     sections: tuple[Section, ...]
     model: RodModel = COSSERAT
+    fluid: RodFluid = field(default_factory=RodFluid)
 
     @property
     def length(self) -> float:
@@ -102,6 +105,7 @@ class RigidBody:
     inertia: Floats
     com: Pose = IDENTITY
     attached: bool | None = None
+    fluid: BodyFluid | None = None
 
 
 Body = Rod | FlexibleLink | Joint | RigidBody
@@ -116,8 +120,9 @@ def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> list[B
         name = reader.name(kind, taken=taken)
         taken.add(name)
         if kind == "rod":
-            reader.only("rod", "parent", "model", "strains", "sections")
-            bodies.append(_read_rod(reader, name, materials))
+            reader.only("rod", "parent", "model", "strains", "sections", "fluid")
+            rod = _read_rod(reader, name, materials)
+            bodies.append(replace(rod, fluid=read_rod_fluid(reader, ends=True)))
         elif kind == "flexible_link":
             bodies.append(_read_flexible_link(reader, name, materials))
         elif kind == "joint":
@@ -150,7 +155,9 @@ def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material
         "tip",
         "tip_mass",
         "rotary_inertia",
+        "fluid",
     )
+    read_link_fluid(reader)
     rod = _read_rod(reader, name, materials)
     for entry, section in zip(reader.entries("sections"), rod.sections, strict=True):
         if section.reference != Reference():
@@ -182,7 +189,7 @@ def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material
 
 
 def _read_rigid_body(reader: Reader, name: str) -> RigidBody:
-    reader.only("rigid_body", "parent", "mass", "inertia", "com", "attached")
+    reader.only("rigid_body", "parent", "mass", "inertia", "com", "attached", "fluid")
     mass = reader.number("mass", POSITIVE)
     inertia = reader.vector("inertia", 3, NONNEGATIVE, default=(0, 0, 0))
     largest = float(inertia.max())
@@ -191,4 +198,6 @@ def _read_rigid_body(reader: Reader, name: str) -> RigidBody:
     attached = None
     if reader.has("attached"):
         attached = reader.choice("attached", ("true", "false")) == "true"
-    return RigidBody(name, mass, inertia, read_pose(reader.mapping("com")), attached)
+        reader.no_effect("fluid", "a payload comes and goes without the fluid around it")
+    com = read_pose(reader.mapping("com"))
+    return RigidBody(name, mass, inertia, com, attached, read_body_fluid(reader, com))

@@ -79,7 +79,7 @@ def read_courses(reader: Reader, labels: tuple[str, ...]) -> tuple[Course, ...]:
     Coordinates that are not mentioned stay at 0.
     """
     if len(labels) == 1:
-        return (_read_course(reader, "driven"),)
+        return (read_course(reader, "driven"),)
     own = reader.mapping("driven", required=True)
     if own.has("within"):
         own.no_effect("start", "write within and start by coordinate: {x: {within: …, start: …}}")
@@ -88,12 +88,13 @@ def read_courses(reader: Reader, labels: tuple[str, ...]) -> tuple[Course, ...]:
     if not own.keys():
         reader.refuse(f"the courses of some of {', '.join(labels)}", "driven")
     return tuple(
-        _read_course(own, label) if own.has(label) else Formula(Expression("0", "t"))
+        read_course(own, label) if own.has(label) else Formula(Expression("0", "t"))
         for label in labels
     )
 
 
-def _read_course(reader: Reader, key: str) -> Course:
+def read_course(reader: Reader, key: str) -> Course:
+    """Read what one coordinate does in time."""
     if not reader.is_mapping(key):
         return _formula(reader, key)
     own = reader.mapping(key)

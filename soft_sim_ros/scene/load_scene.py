@@ -17,12 +17,14 @@ from soft_sim_ros.scene.body import Body, RigidBody, read_bodies
 from soft_sim_ros.scene.document import MOST_TEXT, Document
 from soft_sim_ros.scene.driven import Commanded
 from soft_sim_ros.scene.edit import with_numbers
+from soft_sim_ros.scene.fluid import Fluid
 from soft_sim_ros.scene.initial import Initial, read_initial
 from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.load import DistributedLoad, InputLoad, Load, PointLoad, read_loads
 from soft_sim_ros.scene.material import Material, read_material
 from soft_sim_ros.scene.numerics import Numerics, read_numerics
 from soft_sim_ros.scene.pose import Pose, read_pose
+from soft_sim_ros.scene.read_fluid import check_fluid, read_fluid
 from soft_sim_ros.scene.read_forest import read_forest
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.taper import Floats
@@ -38,7 +40,7 @@ class Scene:
     gravity (3,) in m/s², world frame; base: pose of the base frame in the world frame; bodies: the
     forest, depth first from the base (attachment.py); attachments: by name of a body, where it is
     attached if that is not the end of the body before it; source: the YAML text, tables from other
-    files put in; file: where it came from.
+    files put in; file: where it came from; fluid: what surrounds all bodies, if anything does.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Scene:
     numerics: Numerics
     source: str
     file: str
+    fluid: Fluid | None = None
 
     @property
     def scheduled_loads(self) -> tuple[PointLoad | DistributedLoad, ...]:
@@ -165,6 +168,7 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         "loads",
         "initial",
         "numerics",
+        "fluid",
     )
     name = reader.name("name", default=_name_of(file))
     gravity = reader.vector("gravity", 3, default=GRAVITY)
@@ -173,6 +177,8 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
     entries = reader.entries("bodies", required=True)
     forest = read_forest(entries, read_bodies(entries, materials))
     bodies = forest.bodies
+    fluid = read_fluid(reader)
+    check_fluid(fluid, entries)
     return Scene(
         name=name,
         gravity=gravity,
@@ -185,6 +191,7 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         numerics=read_numerics(reader.mapping("numerics"), bodies),
         source=document.source,
         file=file,
+        fluid=fluid,
     )
 
 

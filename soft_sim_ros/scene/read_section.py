@@ -12,6 +12,7 @@ from soft_sim_ros.scene.given import GIVEN, read_given
 from soft_sim_ros.scene.interval import POSITIVE
 from soft_sim_ros.scene.material import Material
 from soft_sim_ros.scene.profile import CHECKED
+from soft_sim_ros.scene.read_fluid import read_rod_fluid
 from soft_sim_ros.scene.reader import Reader
 from soft_sim_ros.scene.reference import read_reference
 from soft_sim_ros.scene.rod_model import RodModel
@@ -30,7 +31,14 @@ def read_section(
 ) -> Section:
     """Read one entry of ``sections`` of a rod of a model with some active strains."""
     reader.only(
-        "name", "length", "material", "cross_section", "reference", "shear_correction", *GIVEN
+        "name",
+        "length",
+        "material",
+        "cross_section",
+        "reference",
+        "shear_correction",
+        "fluid",
+        *GIVEN,
     )
     length = reader.number("length", POSITIVE)
     section = Section(
@@ -42,6 +50,7 @@ def read_section(
         shear_correction=_read_shear_correction(reader),
         model=model,
         given=read_given(reader, length),
+        fluid=read_rod_fluid(reader),
     )
     if model.is_limp and section.material.law is not None:
         what = f"a material without a law: a {model.name} has no bending stiffness"

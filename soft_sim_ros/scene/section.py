@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from soft_sim_ros.scene.cross_section import CrossSection, dimensions
+from soft_sim_ros.scene.fluid import RodFluid
 from soft_sim_ros.scene.given import Given
 from soft_sim_ros.scene.material import Material
 from soft_sim_ros.scene.profile import Profile
@@ -39,6 +40,7 @@ class Section:
     model: RodModel = COSSERAT
     given: Given = field(default_factory=Given)
     cuts: tuple[float, ...] = ()
+    fluid: RodFluid = field(default_factory=RodFluid)
 
     @property
     def profiles(self) -> list[Profile]:

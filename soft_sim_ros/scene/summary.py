@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from soft_sim_ros.scene.body import FlexibleLink, RigidBody, Rod
+from soft_sim_ros.scene.fluid import Fluid, outline
+from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.load_scene import Scene
 from soft_sim_ros.scene.profile import CHECKED
 from soft_sim_ros.scene.section import Section
+from soft_sim_ros.scene.taper import Floats
 
 Ends = tuple[float, float]
 
@@ -56,12 +60,50 @@ def total_mass(scene: Scene) -> float:
     return rigid + sum(row.mass for row in summary(scene))
 
 
-def _integral(section: Section) -> float:
-    """Return the mean mass per length in kg/m: Gauss's rule between the knots of the data."""
+def in_fluid(scene: Scene) -> str | None:
+    """Say in words what surrounds the bodies, and what it does not touch; None: nothing does."""
+    fluid, dry, volume = scene.fluid, list[str](), 0.0
+    if fluid is None:
+        return None
+    for body in scene.bodies:
+        parts = body.sections if isinstance(body, Rod) and not body.fluid.dry else ()
+        dry += [f"{body.name}/{part.name}" for part in parts if part.fluid.dry]
+        if isinstance(body, Rod) and parts:
+            volume += sum(_displaced(fluid, body, part) for part in parts if not part.fluid.dry)
+        elif isinstance(body, RigidBody) and body.fluid is not None:
+            volume += body.fluid.volume
+        elif not isinstance(body, Joint):
+            dry.append(body.name)
+    flow = "with a current" if fluid.current else "still"
+    mass = (
+        f"displaces {fluid.density * volume:.4g} kg of it, bodies have {total_mass(scene):.4g} kg"
+    )
+    return f"fluid {fluid.density:g} kg/m³, {flow}: {mass}" + (
+        f"; it does not touch {', '.join(dry)}" if dry else ""
+    )
+
+
+def _displaced(fluid: Fluid, rod: Rod, section: Section) -> float:
+    """Return the volume in m³ that a section of a rod displaces."""
+
+    def area(section: Section, x: Floats) -> Floats:
+        shape = outline(section.cross_section, x)
+        return fluid.displaced(rod.fluid, section.fluid, shape)
+
+    return section.length * _mean(section, area)
+
+
+def _density(section: Section, x: Floats) -> Floats:
+    return section.inertia(x)[..., 0]
+
+
+def _mean(section: Section, data: Callable[[Section, Floats], Floats]) -> float:
+    """Return the mean of data per length: Gauss's rule between the knots of the section."""
     marks = np.array([0.0, *section.knots, 1.0])
     point, weight = np.polynomial.legendre.leggauss(20)
     x = marks[:-1, None] + np.diff(marks)[:, None] * 0.5 * (1.0 + point)
-    return float(np.diff(marks) @ (section.inertia(x)[..., 0] @ (0.5 * weight)))
+    values = data(section, x.ravel()).reshape(x.shape)
+    return float(np.diff(marks) @ (values @ (0.5 * weight)))
 
 
 def _row(rod: Rod, section: Section) -> SectionSummary:
@@ -69,7 +111,7 @@ def _row(rod: Rod, section: Section) -> SectionSummary:
     torsion, bend_y, bend_z, stretch, shear_y, shear_z = section.stiffness(ends).T.tolist()
     about_y, about_z = section.cross_section.second_moments(CHECKED)
     gyration = np.sqrt(np.minimum(about_y, about_z) / section.cross_section.area(CHECKED))
-    mass = section.length * _integral(section)
+    mass = section.length * _mean(section, _density)
     return SectionSummary(
         rod=rod.name,
         section=section.name,

@@ -320,6 +320,54 @@ DOCUMENTS["link"] = {
     "initial": {"positions": {"l": [0.001, 0.001], "j": 0.1}, "velocities": {"l": [0.1, 0.0]}},
     "numerics": NUMERICS | {"integrator": "energy_midpoint"},
 }
+DOCUMENTS["wet"] = {
+    "materials": {"soft": SOFT},
+    "gravity": [0.1, 0.2, -9.0],
+    "fluid": {
+        "density": 1000.0,
+        "current": {"x": 0.1, "y": "0.2*t", "z": {"table": [[0.0, 0.0], [0.1, 0.02]]}},
+        "drag_normal": 1.1,
+        "drag_tangential": 0.01,
+        "lift": [0.1, 0.2, 0.3],
+        "added_mass": [1.0, 1.2],
+        "viscous_normal": 0.3,
+        "viscous_tangential": 0.2,
+        "drag_law": "whole",
+        "flooded": True,
+        "surface": 1.0,
+    },
+    "bodies": [
+        rod("r", fluid={"drag_normal": [1.2, 1.3]}) | {"fluid": {"dry_ends": ["end"]}},
+        {
+            "rigid_body": "ball",
+            "mass": 0.1,
+            "inertia": [1e-4, 1e-4, 1e-4],
+            "fluid": {"radius": 0.02, "drag": 0.5, "viscous": 0.1},
+        },
+        {
+            "rigid_body": "hull",
+            "mass": 0.1,
+            "fluid": {
+                "semi_axes": [0.03, 0.02, 0.01],
+                "center": {"position": [0.01, 0.0, 0.0], "rpy": [0.1, 0.2, 0.3]},
+                "lift": 0.1,
+                "rotary_drag": [0.1, 0.2, 0.3],
+                "rotary_viscous": 0.01,
+            },
+        },
+        {
+            "rigid_body": "box",
+            "mass": 0.1,
+            "fluid": {
+                "volume": 1e-5,
+                "area": [0.01, 0.02, 0.03],
+                "added_mass": [0.01, 0.02, 0.03],
+                "added_inertia": 1e-5,
+            },
+        },
+    ],
+    "numerics": NUMERICS,
+}
 DOCUMENTS["free"] = {
     "materials": {"soft": SOFT},
     "gravity": [0, 0, 0],

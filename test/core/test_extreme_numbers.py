@@ -132,7 +132,9 @@ def test_numbers_of_any_size_make_a_model_or_an_error(name):
             judged(written(DOCUMENTS[name], place, text), (place, text), 0)
 
 
-@pytest.mark.parametrize("name", ["tendons", "given", "laws", "maxwell", "free", "curve", "string"])
+@pytest.mark.parametrize(
+    "name", ["tendons", "given", "laws", "maxwell", "free", "curve", "string", "wet"]
+)
 def test_numbers_of_any_size_make_a_motion_or_an_error(name):
     document = DOCUMENTS[name]
     for place in list(places(document))[sum(map(ord, name)) % 3 :: 3]:

@@ -22,10 +22,18 @@ def test_every_scene_of_several_branches_is_shown(name):
     assert picture.startswith(b"\x89PNG")
 
 
+def test_the_page_on_fluids_shows_what_swims():
+    page = (ROOT / "docs" / "fluid.md").read_text(encoding="utf-8")
+    for name in packaged_scenes():
+        if load_scene(name).fluid is not None:
+            assert f"(fluid/{name}.png)" in page
+            assert (ROOT / "docs" / "fluid" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_the_gallery_draws_what_the_page_shows(tmp_path, monkeypatch):
     from tools import gallery
 
-    assert set(gallery.SHOTS) == set(BRANCHED)
+    assert {name for name, shot in gallery.SHOTS.items() if shot.page == "forest"} == set(BRANCHED)
     monkeypatch.setattr(sys, "argv", ["gallery", "two_arms", "--out", str(tmp_path)])
     gallery.main()
     first = (tmp_path / "two_arms.png").read_bytes()

@@ -53,6 +53,13 @@ def _places(turns: Mask, moves: Mask) -> list[int]:
     return [sum(present[:c]) if present[c] else -1 for c in range(6)]
 
 
+def add_blocks(space, out, at, blocks):
+    """Add 3x3 blocks (ww, wv, vw, vv) of a map from twists to wrenches to rows from ``at`` on.
+
+    Of one matrix: rows and columns are those of the space.
+    """
+
+
 @per_space(column_of)
 def _column(turns: Mask, moves: Mask):
     a, b, c, x, y, z = _places(turns, moves)
@@ -187,3 +194,23 @@ def _keep_blocks(turns: Mask, moves: Mask):
             keep(out, rows, at + 8 * place[3 + i], row_of(_line(vw, i), _line(vv, i)))
 
     return keep_map
+
+
+@per_space(add_blocks)
+def _add_blocks(turns: Mask, moves: Mask):
+    angular, linear, place = _axes(turns), _axes(moves), tuple(_places(turns, moves))
+
+    def add_map(space, out, at, blocks):
+        ww, wv, vw, vv = blocks
+        for i in angular:
+            for j in angular:
+                out[at + place[i], place[j]] += ww[3 * i + j]
+            for j in linear:
+                out[at + place[i], place[3 + j]] += wv[3 * i + j]
+        for i in linear:
+            for j in angular:
+                out[at + place[3 + i], place[j]] += vw[3 * i + j]
+            for j in linear:
+                out[at + place[3 + i], place[3 + j]] += vv[3 * i + j]
+
+    return add_map

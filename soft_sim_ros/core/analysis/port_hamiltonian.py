@@ -18,6 +18,7 @@ from soft_sim_ros.core.mechanics.history import (
     refuse_branches,
     refuse_custom,
     refuse_driven,
+    refuse_fluid,
     refuse_tendons,
 )
 from soft_sim_ros.scene import Scene
@@ -37,7 +38,7 @@ class PortHamiltonian:
     ------
     SceneError
         for a Maxwell branch: its dashpots have a state that (q, p) does not hold; for a tendon with
-        friction or a commanded length: its tension is not its effort.
+        friction or a commanded length: its tension is not its effort; for a surrounding fluid.
     """
 
     def __init__(self, scene: Scene | Dynamics) -> None:
@@ -46,6 +47,7 @@ class PortHamiltonian:
         refuse_branches(self.dynamics.compiled.scene, FORM)
         refuse_driven(self.dynamics.compiled.scene, FORM)
         refuse_custom(self.dynamics.compiled.scene, FORM)
+        refuse_fluid(self.dynamics.compiled.scene, FORM)
         refuse_tendons(self.dynamics.compiled.scene, FORM)
         self._zero = np.zeros(self.n)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -48,9 +49,16 @@ def flat_drives(scene: Scene, chain: Chain) -> Drives:
     SceneError
         if a formula has no rate or no acceleration at the start
     """
+    drives = flat_courses(courses(scene), [column for column, _ in chain.driven])
+    _refuse_kinks(scene, drives)
+    return drives
+
+
+def flat_courses(told: Sequence[Course], columns: Sequence[int]) -> Drives:
+    """Return the programs of courses, each with its column."""
     programs: list[list[Step]] = []
     tables: list[np.ndarray] = []
-    for course in courses(scene):
+    for course in told:
         if isinstance(course, TimeTable):
             programs.append([(TABLE, float(len(tables)))])
             tables.append(_rows(course))
@@ -60,16 +68,14 @@ def flat_drives(scene: Scene, chain: Chain) -> Drives:
         else:
             programs.append(_program(course.expression.tree))
     steps = [step for program in programs for step in program]
-    drives = Drives(
-        column=ints([column for column, _ in chain.driven]),
+    return Drives(
+        column=ints(columns),
         ptr=ints([0, *np.cumsum([len(program) for program in programs])]),
         operation=ints([operation for operation, _ in steps]),
         operand=floats([operand for _, operand in steps]),
         table_ptr=ints([0, *np.cumsum([len(table) for table in tables])]),
         table=floats(np.concatenate(tables) if tables else np.zeros((0, 5))),
     )
-    _refuse_kinks(scene, drives)
-    return drives
 
 
 def _rows(course: TimeTable) -> np.ndarray:

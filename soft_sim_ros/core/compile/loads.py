@@ -12,6 +12,7 @@ from soft_sim_ros.scene import DistributedLoad, InputLoad, PointLoad, Scene
 
 from .chain import Chain, RodMap
 from .drives import courses, flat_drives
+from .fluid import flat_current
 
 
 def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
@@ -30,6 +31,7 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
         ptr.append(len(nodes))
     times = {t for load in loads for t in load.schedule.switch_times}
     times |= {t for course in courses(scene) for t in course.switches}
+    times |= {t for course in (scene.fluid.current if scene.fluid else ()) for t in course.switches}
     switches = sorted(times)
     return Loads(
         ptr=ints(ptr),
@@ -41,6 +43,7 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
         ).reshape(-1, 3),
         switches=floats(switches),
         drives=flat_drives(scene, chain),
+        current=flat_current(scene),
         push=ints([_node_of(chain, load) for load in scene.input_loads]),
     )
 

@@ -33,6 +33,12 @@ SOURCES = {
     "length_control": ("the stiffness or damping of a tendon", "actuators"),
     "friction": ("the friction of a tendon", "actuators"),
     "wrench": ("a wrench on a node", "loads"),
+    "added": ("an added mass", "fluid"),
+    "displaced": ("the mass of displaced fluid", "fluid"),
+    "quadratic": ("a drag", "fluid"),
+    "viscous": ("a drag", "fluid"),
+    "lift": ("a lift", "fluid"),
+    "end": ("the pressure on an end", "fluid"),
 }
 
 
@@ -44,7 +50,7 @@ def refuse_overflow(scene: Scene, model: Model, loads: Loads) -> None:
     SceneError
         which names the quantity that is not finite
     """
-    for part in (model, model.fibres, loads):
+    for part in (model, model.fibres, model.fluid, loads):
         for name, array in part._asdict().items():
             if name not in SOURCES or np.isfinite(array).all():
                 continue

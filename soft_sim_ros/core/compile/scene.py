@@ -35,6 +35,7 @@ from .chain import Branch, Chain
 from .custom import flat_custom
 from .drives import refuse_undriven
 from .fingerprint import fingerprint, sums
+from .fluid import flat_fluid
 from .link import append_link
 from .loads import lump_loads
 from .materials import of_materials
@@ -284,5 +285,6 @@ def _flatten(scene: Scene, chain: Chain) -> Model:
         free=ints(chain.carried).reshape(-1, 3),
         custom=flat_custom(scene, chain),
         driven=ints(chain.driven).reshape(-1, 2),
+        fluid=flat_fluid(scene, chain),
         space=Spatial(),
     )

@@ -20,6 +20,7 @@ from soft_sim_ros.core.recursion.rnea import place
 from soft_sim_ros.core.terms.fibres import fibre_forces, fibre_tangent, section_strains
 from soft_sim_ros.scene import Joint
 
+from .fluid import added_coriolis, other_force, viscous_matrix
 from .ports import Ports
 from .wrench import InternalWrench, internal_wrench
 
@@ -47,7 +48,7 @@ class Dynamics(Ports):
         return {name: self._data.wrench[frames[name]].copy() for name in joints}
 
     def momentum(self, q: Floats, v: Floats) -> Floats:
-        """Return the momentum map (6,) in world axes.
+        """Return the momentum map (6,) of the bodies in world axes; that of a fluid is not in it.
 
         Angular momentum about the world's origin in kg·m²/s, momentum in kg·m/s (Boyer & Primault
         2005, section 2).
@@ -60,7 +61,7 @@ class Dynamics(Ports):
         return np.concatenate([turn @ found[:3] + np.cross(origin, push), push])
 
     def mass_matrix(self, q: Floats) -> Floats:
-        """Return M(q) (n, n) of Dynamics of Soft Robots (1.32)."""
+        """Return M(q) (n, n) of Dynamics of Soft Robots (1.32), with added mass."""
         data = self.forcing()
         self.residual(q, self._zero, self._zero, data)
         matrix = self.last_tangent((0.0, 0.0, 1.0))
@@ -104,7 +105,8 @@ class Dynamics(Ports):
 
         Dynamics of Soft Robots (1.36), projected with Φᵀ.
 
-        It is ∫ Φᵀ Γ Φ ds, joint damping and mass damping Σ Jᵀ D J, which alone depends on q.
+        It is ∫ Φᵀ Γ Φ ds, joint damping, and mass damping and viscous drag Σ Jᵀ D J, which alone
+        depend on q.
         """
         out = self._law(self.model.damping)
         q = self._zero if q is None else self.coordinates(q)
@@ -112,7 +114,18 @@ class Dynamics(Ports):
             jacobian = self.jacobians(q, self._zero)[0]
             for own, damping in zip(jacobian, self.model.mass_damping, strict=True):
                 out += own.T @ (damping[[1, 2, 3, 0, 0, 0], None] * own)
+        if self.model.fluid.viscous.any():
+            out += viscous_matrix(self.model.fluid, self.jacobians(q, self._zero)[0])
         return out
+
+    def fluid_force(self, q: Floats, v: Floats, time: float = 0.0) -> Floats:
+        """Return the force (n,) of the surrounding fluid that is not in M, C, g and R.
+
+        Quadratic drag, lift, what a current does at ``time`` in s, and the pressure that is missing
+        on dry ends. Added mass is in M and C, buoyancy in g, drag in proportion to velocity in R.
+        """
+        state = self.coordinates(q), self.coordinates(v, "v")
+        return other_force(self.model, self.forcing(time=time), *state)
 
     def branch_matrix(self) -> Floats:
         """Return K_m = ∫ Φᵀ H_m Φ ds (n, n) of the Maxwell branches; here they are relaxed."""
@@ -121,10 +134,10 @@ class Dynamics(Ports):
         )
 
     def gravity_force(self, q: Floats) -> Floats:
-        """Return g(q) = ∂V_gravity/∂q (n,): Dynamics of Soft Robots (1.34)."""
+        """Return g(q) = ∂V_gravity/∂q (n,): Dynamics of Soft Robots (1.34), with buoyancy."""
         data = self.forcing()
         data.active[:] = 0
-        data.now[1] = 0.0  # no custom loads
+        data.now[1] = 0.0  # no custom loads, no current
         data.effort[self.model.length_control[:, 0] != 0.0] = -np.inf  # slack
         return self.residual(q, self._zero, self._zero, data) - self.elastic_force(q)
 
@@ -190,6 +203,8 @@ class Dynamics(Ports):
             ad = se3.ad(jacobian[k] @ v)
             gyroscopic = inertia @ ad - ad.T @ inertia
             out += jacobian[k].T @ (inertia @ rate[k] + gyroscopic @ jacobian[k])
+        if len(self.model.fluid.node):
+            out += added_coriolis(self.model.fluid, jacobian, rate, v)
         return out
 
     def mass_matrix_derivative(self, q: Floats) -> Floats:

@@ -26,6 +26,7 @@ from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.tendon import Routed
 
 from .dynamics import Dynamics
+from .fluid import densities
 from .history import materials, refuse_branches, refuse_custom, refuse_tendons
 
 FORM = "the field equations"
@@ -111,7 +112,7 @@ class Field(NamedTuple):
     twist: Floats  # (N, 6) η
     acceleration: Floats  # (N, 6) η̇
     wrench: Floats  # (N, 6) Λ: section law and actuators
-    load: Floats  # (N, 6) F per length: weight, distributed loads, mass damping
+    load: Floats  # (N, 6) F per length: weight, distributed loads, mass damping, fluid
     inertia: Floats  # (N, 6) diagonal of 𝓜
 
 
@@ -177,6 +178,7 @@ def fields(
     poses, twists = dynamics.node_poses(q), jacobian @ v
     accelerations = jacobian @ a + rate @ v
     reaction = dynamics.internal_wrench(q, v, a, time=time)
+    wet = densities(dynamics.compiled, dynamics._data) if dynamics.compiled.scene.fluid else {}
     out = []
     for rod_map in dynamics.compiled.chain.rods.values():
         active = [STRAINS.index(name) for name in rod_map.rod.strains]
@@ -207,7 +209,8 @@ def fields(
                     accelerations[at],
                     wrench,
                     _loads(dynamics, rod_map.rod.name, element, mass, poses[at], time)
-                    - element.section.material.mass_damping * inertia * twists[at],
+                    - element.section.material.mass_damping * inertia * twists[at]
+                    - wet.get(element.first_segment, 0.0),
                     inertia,
                 )
             )

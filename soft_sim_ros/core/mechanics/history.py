@@ -40,6 +40,12 @@ def refuse_custom(scene: Scene, form: str) -> None:
             raise SceneError(scene.file, f"loads[{i}].custom", load.name, f"no such key in {form}")
 
 
+def refuse_fluid(scene: Scene, form: str) -> None:
+    """Refuse a surrounding fluid."""
+    if scene.fluid is not None:
+        raise SceneError(scene.file, "fluid.density", scene.fluid.density, f"no fluid in {form}")
+
+
 def refuse_tendons(scene: Scene, form: str) -> None:
     """Refuse tendons whose tension is not their effort: commanded lengths, friction."""
     for i, actuator in enumerate(scene.actuators):

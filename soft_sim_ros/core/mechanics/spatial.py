@@ -31,6 +31,7 @@ from soft_sim_ros.core.recursion.rnea import inverse_dynamics as material_invers
 
 from .dynamics import Dynamics
 from .history import refuse_custom
+from .spatial_fluid import fluid_wrenches
 
 
 class SpatialMotion(NamedTuple):
@@ -105,6 +106,8 @@ def motion(
         [_momentum_rate(*row) for row in zip(model.inertia, pose, twist, rate, strict=True)]
     )
     force -= external_wrenches(dynamics, pose, efforts, time)
+    if len(model.fluid.node):
+        force -= fluid_wrenches(model, dynamics.forcing(efforts, time), pose, twist, rate)
     wrench = force.copy()
     for k in range(nodes - 2, -1, -1):
         wrench[begins[k]] += wrench[k + 1]
@@ -192,7 +195,9 @@ def _internal_forces(dynamics: Dynamics, q: Floats, v: Floats, efforts: Floats |
     data = dynamics.forcing(efforts, share=1.0)
     data.gravity[:] = 0.0
     data.active[:] = 0
-    massless = dynamics.model._replace(inertia=np.zeros_like(dynamics.model.inertia))
+    model = dynamics.model
+    dry = model.fluid._replace(node=np.zeros(0, dtype=np.int64))
+    massless = model._replace(inertia=np.zeros_like(model.inertia), fluid=dry)
     out = np.zeros(dynamics.n)
     material_inverse_dynamics(massless, data, q, v, np.zeros(dynamics.n), out)
     return out

@@ -20,6 +20,8 @@ from soft_sim_ros.core.quadrature import antiderivative, lobatto
 from soft_sim_ros.core.recursion.rnea import place
 from soft_sim_ros.scene import DistributedLoad
 
+from .fluid import densities
+
 
 class InternalWrench(NamedTuple):
     """The wrench Λ = (M; N) in N·m and N of the part beyond a section on the part before it.
@@ -49,12 +51,14 @@ def internal_wrench(compiled: Compiled, data: Data, time: float) -> InternalWren
     for k, p in enumerate(begins):
         point[p] -= total[k + 1]
     ends: dict[int, tuple[int, Floats]] = {}
+    wet = densities(compiled, data) if compiled.scene.fluid else {}
     for rod_map in compiled.chain.rods.values():
         for element in rod_map.elements:
             count = element.nodes
             first, last = element.first_segment, element.first_segment + count - 1
             at = slice(first, last + 1)
             density = _density(compiled, data, rod_map.rod.name, element, at, time)
+            density += wet.get(first, 0.0)
             density = _to_base(density, rotation[at], position[at])
             length = element.span[1] - element.span[0]
             x, weights = lobatto(count)

@@ -54,6 +54,25 @@ class Custom(NamedTuple):
 
 
 @struct
+class Wetted(NamedTuple):
+    """The surrounding fluid at P places, in the order of their nodes (terms/fluid.py)."""
+
+    ptr: Ints  # (S + 2,) places on a node; (0,) without any
+    node: Ints  # (P,)
+    frame: Floats  # (P, 12) a place in the frame of its node: rotation by rows, position in m
+    added: Floats  # (P, 6) added inertia in kg·m² and mass in kg along its axes
+    displaced: Floats  # (P,) kg of fluid
+    quadratic: Floats  # (P, 6) drag per squared velocity, N·m·s² and N·s²/m²
+    viscous: Floats  # (P, 6) drag per velocity, N·m·s and N·s/m
+    lift: Floats  # (P, 3) force per squared velocity across it, N·s²/m²
+    law: Ints  # (P,) 0: what resists flow across x goes with the speed across, but for friction
+    end: Floats  # (P,) density times area of an end without pressure, > 0 where a rod ends, kg/m
+    # (13,) the base frame in the world, rotation by rows, position in m; height in m above the
+    # world's origin, against gravity, where the pressure is zero
+    base: Floats
+
+
+@struct
 class Tree(NamedTuple):
     """Where branches leave: empty for a chain, in which everything follows what is before it."""
 
@@ -109,6 +128,7 @@ class Model(NamedTuple):
     free: Ints
     custom: Custom
     driven: Ints  # (D, 2) coordinates that are told what to do, and their blocks
+    fluid: Wetted
     space: Space = Spatial()
 
 
@@ -180,6 +200,8 @@ class Data(NamedTuple):
     section: Floats  # (P, 4) K − K₀ and stretch at the stations of hyperelastic sections
     # (D, 4) of driven coordinates q, q̇, q̈ that they are told, and the force that it takes, N·m or N
     driven: Floats
+    current: Floats  # (3, 4) velocity and acceleration of the fluid along world axes
+    fluid_power: Floats  # (P, 2) work and loss in W of the fluid at its places, at the last sweep
     live: Live
 
 
@@ -211,6 +233,8 @@ def new_data(model: Model, pushes: int = 0) -> Data:
         station=np.zeros((len(model.tendon_seg) if model.friction.any() else 0, 2, 4)),
         section=np.zeros((len(model.fibres.block), 4)),
         driven=np.zeros((len(model.driven), 4)),
+        current=np.zeros((3, 4)),
+        fluid_power=np.zeros((len(model.fluid.node), 2)),
         live=new_live(pushes, len(model.driven)),
     )
     data.rotation[0, [0, 4, 8]] = 1.0
@@ -243,6 +267,7 @@ class Loads(NamedTuple):
     schedule: Floats  # (L, 3) start, end, ramp in s
     switches: Floats  # sorted times in s at which a factor jumps or bends, or a driven acceleration
     drives: Drives
+    current: Drives  # of the fluid along world x, y, z in m/s; without any it is still
     push: Ints  # (W,) nodes of the wrenches that are commanded
 
 

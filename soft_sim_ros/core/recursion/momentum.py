@@ -94,9 +94,11 @@ def spatial_inertia(model, data, first, last, out):
 
 
 @kernel
-def loaded(data, first, last):
+def loaded(model, data, first, last):
     """Return whether a load acts on nodes ``first`` … ``last`` − 1, as of the step's last stage."""
     if len(data.laws) > 0:
+        return True
+    if len(model.fluid.node) > 0 and model.fluid.ptr[last] > model.fluid.ptr[first]:
         return True
     if data.active[0] == 0 and data.active[1] == 0:
         return False
@@ -119,7 +121,7 @@ def restore_momentum(model, data, work, i, h, q, v):
     """
     turning, column, last = model.free[i, 0], model.free[i, 1], model.free[i, 2]
     begin = turning + 1
-    if loaded(data, begin, last):
+    if loaded(model, data, begin, last):
         return
     before, found = work.momentum[i], work.momentum[len(model.free)]
     gravity, base = load_vec(data.gravity), load_mat(data.rotation[turning])

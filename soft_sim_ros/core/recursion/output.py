@@ -19,6 +19,7 @@ from soft_sim_ros.core.algebra.rotation import exp_translation, rotation_exp, st
 from soft_sim_ros.core.backend.jit import bare, kernel, unit
 from soft_sim_ros.core.terms.actuators import port_motion, tendon_energy
 from soft_sim_ros.core.terms.fibres import fibre_energy
+from soft_sim_ros.core.terms.fluid import fluid_energies
 from soft_sim_ros.core.terms.maxwell import branch_energy
 
 from .rnea import kinematics, place, strains
@@ -28,7 +29,8 @@ from .rnea import kinematics, place, strains
 def energies(model, data, q, v, zero):
     """Return kinetic, elastic and gravity energy in J.
 
-    The base frame has gravity energy 0. zero: (n,) zeros.
+    The base frame has gravity energy 0; buoyancy belongs to it, and the fluid that moves along to
+    the kinetic energy. zero: (n,) zeros.
     """
     q, v, zero = bare(q), bare(v), bare(zero)
     strains(model, data, q, v, zero)
@@ -41,6 +43,9 @@ def energies(model, data, q, v, zero):
             kinetic += 0.5 * model.inertia[k, 1 + c] * data.eta[k, c] ** 2
             kinetic += 0.5 * mass * data.eta[k, 3 + c] ** 2
             weight -= mass * data.gravity[c] * data.position[k, c]
+    if len(model.fluid.node) > 0:
+        along, lifted = fluid_energies(model, data)
+        kinetic, weight = kinetic + along, weight + lifted
     for i in range(len(model.law_ptr) - 1):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             elastic += 0.5 * q[i] * model.stiffness[e] * q[model.law_col[e]]

@@ -46,6 +46,7 @@ from soft_sim_ros.core.backend.jit import algebra, bare, kernel, unit
 from soft_sim_ros.core.terms.actuators import actuation
 from soft_sim_ros.core.terms.custom import custom_wrenches
 from soft_sim_ros.core.terms.fibres import fibre_forces
+from soft_sim_ros.core.terms.fluid import fluid_wrenches
 from soft_sim_ros.core.terms.mass_damping import damping_wrench
 
 
@@ -234,6 +235,8 @@ def project(model, data, r):
     inertial_wrenches(model, data)
     if len(model.custom.node) > 0:
         custom_wrenches(model, data)
+    if len(model.fluid.node) > 0:
+        fluid_wrenches(model, data)
     carry_wrenches(model, data)
     dual_forces(model, data)
     for k in range(len(model.half)):
@@ -262,7 +265,7 @@ def inverse_dynamics(model, data, q, v, a, r):
         r[i] = 0.0
     strains(model, data, q, v, a)
     kinematics(model, data)
-    if data.active[0] != 0 or len(model.custom.node) > 0:
+    if data.active[0] != 0 or len(model.custom.node) > 0 or len(model.fluid.node) > 0:
         place(model, data)
     project(model, data, r)
     internal_forces(model, q, v, r)

@@ -30,6 +30,7 @@ from soft_sim_ros.core.backend.jit import algebra, kernel, unit
 from soft_sim_ros.core.terms.actuators import actuator_tangent
 from soft_sim_ros.core.terms.custom import custom_matrices
 from soft_sim_ros.core.terms.fibres import fibre_tangent
+from soft_sim_ros.core.terms.fluid import fluid_matrices
 
 from .columns import local_stiffness, pose_derivatives, segment_stumpff
 from .elimination import rows
@@ -87,6 +88,10 @@ def four_segments(model, data, alpha, k, count, pieces):
         for i in range(min(WIDTH, count - k)):
             if model.custom.ptr[k + i + 2] > model.custom.ptr[k + i + 1]:
                 custom_matrices(model, data, k + i + 1, nodes[i])
+    if len(model.fluid.node) > 0:
+        for i in range(min(WIDTH, count - k)):
+            if model.fluid.ptr[k + i + 2] > model.fluid.ptr[k + i + 1]:
+                fluid_matrices(model, data, k + i + 1, nodes[i])
     if model.entry_ptr[min(k + WIDTH, count)] > model.entry_ptr[k]:
         c = segment_stumpff(model, data, rows, series)
         pose_derivatives(model, data, rows, beyond, c, columns, here)

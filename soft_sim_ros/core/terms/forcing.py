@@ -5,6 +5,7 @@ from soft_sim_ros.core.backend.jit import bare, kernel, unit
 from .actuators import actuator_loss
 from .custom import custom_power
 from .driven import drive_power, known_motions
+from .fluid import fluid_loss, fluid_work
 from .mass_damping import mass_damping_power
 from .maxwell import branch_power
 
@@ -57,7 +58,7 @@ def inside(t, h, c):
 
 @unit
 def apply_loads(loads, tip, tip_follows, t, share, data):
-    """Fill data.dead, data.follower and data.driven at time t in s.
+    """Fill data.dead, data.follower, data.driven and data.current at time t in s.
 
     Share times the scheduled loads and the tip wrench (6,).
     """
@@ -101,12 +102,14 @@ def apply_loads(loads, tip, tip_follows, t, share, data):
                 target[loads.push[w], c] += share * data.live.push[w, c]
     if len(loads.drives.column) > 0:
         known_motions(loads.drives, data.live.course, t, data.driven)
+    if len(loads.current.column) > 0:
+        known_motions(loads.current, data.live.course, t, data.current)
 
 
 @kernel
 def load_power(model, data):
     """Return the power in W of all node wrenches but weight, and of drives, at the last sweep."""
-    total = drive_power(data) + custom_power(data)
+    total = drive_power(data) + custom_power(data) + fluid_work(data)
     if data.active[0] == 0 and data.active[1] == 0:
         return total
     for k in range(data.dead.shape[0]):
@@ -129,4 +132,5 @@ def damping_power(model, data, v):
     for i in range(len(model.law_ptr) - 1):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             total += v[i] * model.damping[e] * v[model.law_col[e]]
+    total += fluid_loss(data)
     return total + mass_damping_power(model, data) + branch_power(model, v)
