@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from soft_sim_ros.scene.contact import BodyContact, read_body_contact
+from soft_sim_ros.scene.environment import Solid, read_solid
 from soft_sim_ros.scene.interval import NONNEGATIVE, POSITIVE, Interval
 from soft_sim_ros.scene.joint import Joint, read_joint
 from soft_sim_ros.scene.material import Material
@@ -34,6 +36,7 @@ class Rod:
     strains: tuple[str, ...]
     sections: tuple[Section, ...]
     model: RodModel = COSSERAT
+    contact: BodyContact = BodyContact()  # noqa: RUF009 - it is immutable
 
     @property
     def length(self) -> float:
@@ -93,13 +96,15 @@ class RigidBody:
     """A mass fixed to the frame before it; the chain goes on from that same frame.
 
     mass in kg; inertia (3,) principal moments in kg·m² about the centre of mass, along the axes
-    of the frame ``com`` (whose origin is the centre of mass).
+    of the frame ``com`` (whose origin is the centre of mass); shape: what it touches with.
     """
 
     name: str
     mass: float
     inertia: Floats
     com: Pose = IDENTITY
+    shape: Solid | None = None
+    contact: BodyContact = BodyContact()  # noqa: RUF009 - it is immutable
 
 
 Body = Rod | FlexibleLink | Joint | RigidBody
@@ -114,14 +119,14 @@ def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> list[B
         name = reader.name(kind, taken=taken)
         taken.add(name)
         if kind == "rod":
-            reader.only("rod", "parent", "model", "strains", "sections")
+            reader.only("rod", "parent", "model", "strains", "sections", "contact")
             bodies.append(_read_rod(reader, name, materials))
         elif kind == "flexible_link":
             bodies.append(_read_flexible_link(reader, name, materials))
         elif kind == "joint":
             bodies.append(read_joint(reader, name))
         else:
-            bodies.append(_read_rigid_body(reader, name))
+            bodies.append(_read_rigid_body(reader, name, materials))
     return bodies
 
 
@@ -132,7 +137,8 @@ def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
     for entry in reader.entries("sections", required=True):
         taken = {section.name for section in sections}
         sections.append(read_section(entry, materials, model, strains, taken))
-    rod = Rod(name, strains, tuple(sections), model)
+    contact = read_body_contact(reader, materials)
+    rod = Rod(name, strains, tuple(sections), model, contact)
     if not np.isfinite(rod.length):
         reader.refuse("sections of a finite length together", "sections")
     return rod
@@ -141,6 +147,7 @@ def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
 def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material]) -> FlexibleLink:
     reader.only(
         "flexible_link",
+        "contact",
         "parent",
         "strains",
         "sections",
@@ -179,11 +186,12 @@ def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material
     )
 
 
-def _read_rigid_body(reader: Reader, name: str) -> RigidBody:
-    reader.only("rigid_body", "parent", "mass", "inertia", "com")
+def _read_rigid_body(reader: Reader, name: str, materials: dict[str, Material]) -> RigidBody:
+    reader.only("rigid_body", "parent", "mass", "inertia", "com", "shape", "contact")
     mass = reader.number("mass", POSITIVE)
     inertia = reader.vector("inertia", 3, NONNEGATIVE, default=(0, 0, 0))
     largest = float(inertia.max())
     if largest > (inertia.sum() - largest) * (1 + 1e-9):
         reader.refuse("principal moments none of which exceeds the sum of the others", "inertia")
-    return RigidBody(name, mass, inertia, read_pose(reader.mapping("com")))
+    shape, contact = read_solid(reader), read_body_contact(reader, materials)
+    return RigidBody(name, mass, inertia, read_pose(reader.mapping("com")), shape, contact)

@@ -14,9 +14,11 @@ from soft_sim_ros.paths import config_directory
 from soft_sim_ros.scene.actuator import Actuator, read_actuators
 from soft_sim_ros.scene.attachment import Attachment, Forest
 from soft_sim_ros.scene.body import Body, read_bodies
+from soft_sim_ros.scene.contact import ContactLaw, read_contact
 from soft_sim_ros.scene.custom_load import CustomLoad
 from soft_sim_ros.scene.document import MOST_TEXT, Document
 from soft_sim_ros.scene.edit import with_numbers
+from soft_sim_ros.scene.environment import Shape, read_environment
 from soft_sim_ros.scene.initial import Initial, read_initial
 from soft_sim_ros.scene.load import DistributedLoad, Load, PointLoad, read_loads
 from soft_sim_ros.scene.material import Material, read_material
@@ -37,7 +39,8 @@ class Scene:
     gravity (3,) in m/s², world frame; base: pose of the base frame in the world frame; bodies: the
     forest, depth first from the base (attachment.py); attachments: by name of a body, where it is
     attached if that is not the end of the body before it; source: the YAML text, tables from other
-    files put in; file: where it came from.
+    files put in; file: where it came from; environment: shapes that bodies can touch; contact: what
+    all contacts have in common.
     """
 
     name: str
@@ -51,6 +54,8 @@ class Scene:
     numerics: Numerics
     source: str
     file: str
+    environment: tuple[Shape, ...] = ()
+    contact: ContactLaw = ContactLaw()
 
     @property
     def scheduled_loads(self) -> tuple[PointLoad | DistributedLoad, ...]:
@@ -120,6 +125,8 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         "loads",
         "initial",
         "numerics",
+        "environment",
+        "contact",
     )
     name = reader.name("name", default=_name_of(file))
     gravity = reader.vector("gravity", 3, default=GRAVITY)
@@ -140,6 +147,10 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         numerics=read_numerics(reader.mapping("numerics"), bodies),
         source=document.source,
         file=file,
+        environment=read_environment(
+            reader.entries("environment"), materials, tuple(body.name for body in bodies)
+        ),
+        contact=read_contact(reader.mapping("contact"), materials),
     )
 
 

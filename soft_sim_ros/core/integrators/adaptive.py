@@ -23,6 +23,7 @@ from soft_sim_ros.core.terms.forcing import (
     next_switch,
     switches_at,
 )
+from soft_sim_ros.core.terms.touch import settle_touch
 
 from .newton import CONVERGED, TOO_FAR, TOO_ROUGH
 from .problem import (
@@ -132,6 +133,7 @@ def next_step(problem, anchor, h):
         clock[ERROR] = error
         if first:
             clock[FRESH] = clock[NEXT]
+        regripped = len(model.contact.node) > 0 and settle_touch(data, work.q)
         clock[BEGIN], clock[LENGTH], clock[FIRST] = begin, length, 1.0 if first else 0.0
         for i in range(n):
             span[Q0, i], span[V0, i], span[A0, i] = span[QN, i], span[VN, i], span[A1, i]
@@ -140,6 +142,8 @@ def next_step(problem, anchor, h):
         for c in range(4):
             booked[START, c], booked[END, c] = booked[END, c], booked[TRIAL, c]
         clock[JUMPED] = 1.0 if switches_at(problem.loads, here + length, length) else 0.0
+        if regripped:  # friction jumps
+            clock[JUMPED] = 1.0
         # a change of chart does not affect the polynomial of the present step
         if uphold != 0 and call_uphold(uphold, model, data, work, length, span[QN], span[VN]):
             clock[JUMPED] = 1.0

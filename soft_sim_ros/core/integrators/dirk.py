@@ -2,6 +2,7 @@
 
 from soft_sim_ros.core.backend.jit import call_stage, unit
 from soft_sim_ros.core.terms.forcing import apply_loads, damping_power, inside, load_power
+from soft_sim_ros.core.terms.touch import settle_touch
 
 from .newton import CONVERGED
 from .predictor import judge, predict, remember
@@ -53,6 +54,8 @@ def dirk_step(problem, t, h):
         for i in range(stages):
             q[c] += h * tableau[stages, i] * work.stage_v[i, c]
             v[c] += h * tableau[stages, i] * work.stage_a[i, c]
+    if len(model.contact.node) > 0:
+        settle_touch(data, q)
     remember(work, h)
     state.ledger[DISSIPATED] += dissipated
     state.ledger[LOAD_WORK] += worked

@@ -10,6 +10,7 @@ from soft_sim_ros.core.recursion.tangent import tangent
 from soft_sim_ros.core.terms.driven import follow_drives, hold_still, leave_out, note_forces
 from soft_sim_ros.core.terms.fibres import lawful
 from soft_sim_ros.core.terms.maxwell import branch_forces, branch_tangent, relax
+from soft_sim_ros.core.terms.touch import begin_touch, end_touch
 
 from .problem import (
     CORRECTION,
@@ -19,6 +20,7 @@ from .problem import (
     FACTORISATIONS,
     ITERATIONS,
     NO_FACTORS,
+    PATTERN,
     RESIDUAL,
     TANGENT,
     Problem,
@@ -90,6 +92,9 @@ def solve_stage(problem, cq, cv, goal):
     calls = problem.calls
     n = len(work.a)
     driven = len(model.driven) > 0
+    touching = len(model.contact.node) > 0
+    if touching:
+        begin_touch(data, work, cv)
     stale = work.key[CQ] != cq or work.key[CV] != cv
     before = 0.0
     refreshed = -1
@@ -105,6 +110,8 @@ def solve_stage(problem, cq, cv, goal):
         if driven:
             leave_out(model, work.residual)
         work.counters[EVALUATIONS] += 1
+        if touching:
+            stale = stale or data.touch.pattern[0] != work.key[PATTERN]
         if stale:
             call_tangent(calls[TANGENT], model, data, (cq, cv, 1.0), work.system)
             branch_tangent(model, cq, cv, work.system)
@@ -112,6 +119,8 @@ def solve_stage(problem, cq, cv, goal):
                 hold_still(model, work.system)
             work.counters[FACTORISATIONS] += 1
             work.key[CQ], work.key[CV] = cq, cv
+            if touching:
+                work.key[PATTERN] = data.touch.pattern[0]
             work.rate[0] = 1.0
             if not factor(model, work.system):
                 work.key[CQ] = NO_FACTORS
@@ -149,6 +158,10 @@ def solve_stage(problem, cq, cv, goal):
                 call_residual(calls[0], model, data, work.q, work.v, work.a, work.residual)
                 branch_forces(model, work.v, work.residual)
                 note_forces(model, data, work.residual)
+            elif touching and data.touch.pattern[0] != 0.0:
+                call_residual(calls[RESIDUAL], model, data, work.q, work.v, work.a, work.residual)
+            if touching:
+                end_touch(data, work, cv)
             return admissible(model, data)
         if iteration > 0 and rate > SLOW:
             if refreshed >= 0 and iteration > refreshed + 2 and rate > 2.0:

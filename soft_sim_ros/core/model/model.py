@@ -20,9 +20,12 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_sim_ros.core.algebra.motion_space import PlaneXY, PlaneXZ, Space, Spatial
+from soft_sim_ros.core.backend import late
 from soft_sim_ros.core.backend.laws import addresses
 from soft_sim_ros.core.backend.structs import struct
 from soft_sim_ros.core.floats import Floats, Ints
+
+from .contact import Contact, Touch, new_touch, within
 
 
 @struct
@@ -109,6 +112,7 @@ class Model(NamedTuple):
     free: Ints
     custom: Custom
     driven: Ints  # (D, 2) coordinates that are told what to do, and their blocks
+    contact: Contact  # with the shapes of the environment
     space: Space = Spatial()
 
 
@@ -129,7 +133,8 @@ def in_its_plane(model: Model) -> Model:
     for space in (PlaneXY(), PlaneXZ()):
         out = [c for c in range(6) if c not in space.components]
         if not np.isin(model.entry_comp, out).any() and not model.xi0[:, :, out].any():
-            return model._replace(space=space)
+            contact = within(model.contact, space)
+            return model if contact is None else model._replace(space=space, contact=contact)
     return model
 
 
@@ -161,6 +166,7 @@ class Data(NamedTuple):
     section: Floats  # (P, 4) K − K₀ and stretch at the stations of hyperelastic sections
     # (D, 4) of driven coordinates q, q̇, q̈ that they are told, and the force that it takes, N·m or N
     driven: Floats
+    touch: Touch
 
 
 def new_data(model: Model) -> Data:
@@ -191,7 +197,10 @@ def new_data(model: Model) -> Data:
         station=np.zeros((len(model.tendon_seg) if model.friction.any() else 0, 2, 4)),
         section=np.zeros((len(model.fibres.block), 4)),
         driven=np.zeros((len(model.driven), 4)),
+        touch=new_touch(model.contact),
     )
+    if len(model.contact.node):
+        data.touch.call[:] = late.addresses("contact", model, data)
     data.rotation[0, [0, 4, 8]] = 1.0
     return data
 

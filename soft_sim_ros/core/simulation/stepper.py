@@ -173,7 +173,8 @@ class Stepper:
         state.solver.recall(self._work)
 
     def _begin(self, q: Floats, v: Floats) -> None:
-        """Set coordinates and rates (n,); dashpots are where nothing pulls at them, and rest.
+        """Set coordinates and rates (n,); dashpots are where nothing pulls at them, and rest,
+        as do bristles of friction.
 
         Driven coordinates are where they are told to be now.
 
@@ -183,7 +184,9 @@ class Stepper:
         self._q[:n], self._v[:n] = q, v
         if len(self.compiled.model.driven):
             bring(self.compiled.loads.drives, self.time, self._q, self._v)
-        self._q[n:], self._v[n:] = self._q[: len(self._q) - n], 0.0
+        dashpots = len(self.compiled.model.branch_time)
+        self._q[n:], self._v[n:] = 0.0, 0.0
+        self._q[n : n + dashpots] = self._q[:dashpots]
         forget(self._work)
         state = self._state
         state.ledger[:] = 0.0

@@ -7,6 +7,7 @@ from .custom import custom_power
 from .driven import drive_power, known_motions
 from .mass_damping import mass_damping_power
 from .maxwell import branch_power
+from .touch import touch_power
 
 
 @unit
@@ -118,4 +119,6 @@ def damping_power(model, data, v):
     for i in range(len(model.law_ptr) - 1):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             total += v[i] * model.damping[e] * v[model.law_col[e]]
+    if len(model.contact.node) > 0:
+        total += touch_power(data)
     return total + mass_damping_power(model, data) + branch_power(model, v)
