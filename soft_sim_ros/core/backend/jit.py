@@ -189,9 +189,9 @@ def call_contact_matrices(context, where, model, data, node, out):
 
 
 @_intrinsic
-def call_contact_energy(context, where, model, data, q):
-    """Call contact_energy(model, data, q) by address."""
-    return _call(numba.types.float64, where, (model, data, q))
+def call_contact_energy(context, where, model, data):
+    """Call contact_energy(model, data) by address."""
+    return _call(numba.types.float64, where, (model, data))
 
 
 @_intrinsic

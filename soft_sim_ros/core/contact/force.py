@@ -21,7 +21,7 @@ from soft_sim_ros.core.algebra.dual import (
     store_vec,
     sub,
 )
-from soft_sim_ros.core.backend.jit import bare, kernel, unit
+from soft_sim_ros.core.backend.jit import kernel, unit
 from soft_sim_ros.core.backend.late import offer
 from soft_sim_ros.core.model.contact import (
     ACROSS,
@@ -39,7 +39,7 @@ from soft_sim_ros.core.model.contact import (
     WIDE,
 )
 
-from .law import along, bristle, elastic, gripped, motion, pushed, weighed, weighed_rate
+from .law import along, bristle, centre_of, elastic, gripped, motion, pushed, weighed, weighed_rate
 from .shapes import distance
 
 ZERO = (0.0, 0.0, 0.0)
@@ -102,10 +102,11 @@ def contact_wrenches(model, data):
     for e in range(len(contact.node) if touch.mode[PRESENT] != 0.0 else 0):
         node, radius, share = contact.node[e], contact.radius[e], contact.share[e]
         near = touch.near[e]
+        if touch.kept[e] == 0 and near[3] > 0.0:
+            moved = sub(centre_of(model, data, e), load_vec(near))
+            if dot(moved, moved) < near[3] * near[3]:
+                continue
         arm, centre, omega, speed, axis = motion(model, data, e)
-        moved = sub(centre, load_vec(near))
-        if touch.kept[e] == 0 and near[3] > 0.0 and dot(moved, moved) < near[3] * near[3]:
-            continue
         clear, taken = FAR, 0
         moment, force = ZERO, ZERO
         for s in range(shapes):
@@ -279,11 +280,7 @@ def contact_matrices(model, data, node, out):
         for s in range(len(contact.kind)):
             if contact.law[contact.group[e], s, KIND] == NONE:
                 continue
-            centre = add(
-                load_vec(data.position[node]),
-                apply(load_mat(data.rotation[node]), load_vec(contact.offset[e])),
-            )
-            if apart(contact, s, centre, contact.radius[e]) <= 0.0:
+            if apart(contact, s, centre_of(model, data, e), contact.radius[e]) <= 0.0:
                 found += add_slopes(model, data, e, s, by, sums)
     if found == 0:
         return
@@ -325,18 +322,17 @@ def contact_matrices(model, data, node, out):
 
 
 @unit
-def contact_energy(model, data, q):
-    """Return the energy in J that contact stores, at the last ``place``; q with bristles or not."""
-    q = bare(q)
+def contact_energy(model, data):
+    """Return the energy in J that contact and the bristles of the state store.
+
+    At the last ``place``.
+    """
     contact, touch = model.contact, data.touch
     slots = touch.start.shape[1]
-    begin = len(q) - WIDE * slots * len(contact.node)
     total = 0.0
     for e in range(len(contact.node) if touch.mode[PRESENT] != 0.0 else 0):
-        node, radius, share = contact.node[e], contact.radius[e], contact.share[e]
-        group = contact.group[e]
-        arm = apply(load_mat(data.rotation[node]), load_vec(contact.offset[e]))
-        centre = add(load_vec(data.position[node]), arm)
+        radius, share, group = contact.radius[e], contact.share[e], contact.group[e]
+        centre = centre_of(model, data, e)
         for s in range(len(contact.kind)):
             law = contact.law[group, s]
             if law[KIND] == NONE or apart(contact, s, centre, radius) > 0.0:
@@ -344,14 +340,11 @@ def contact_energy(model, data, q):
             d, _, _ = distance(contact, s, centre)
             if d < radius:
                 total += elastic(law, share, radius, radius - d)[2]
-        if begin < model.block_col[-1]:
-            continue
         for k in range(slots):
-            at = begin + WIDE * (e * slots + k)
-            s = int(q[at + CODE]) // 2 - 1
+            u = load_vec(touch.bristle[0, e, k])
+            s = int(touch.bristle[0, e, k, CODE]) // 2 - 1
             if 0 <= s < len(contact.kind):
-                square = q[at] * q[at] + q[at + 1] * q[at + 1] + q[at + 2] * q[at + 2]
-                total += 0.5 * contact.law[group, s, TANGENT] * share * square
+                total += 0.5 * contact.law[group, s, TANGENT] * share * dot(u, u)
     return total
 
 
@@ -359,5 +352,5 @@ offer(
     "contact",
     (contact_wrenches, ()),
     (contact_matrices, (0, np.zeros((18, 8)))),
-    (contact_energy, (np.zeros(1),)),
+    (contact_energy, ()),
 )

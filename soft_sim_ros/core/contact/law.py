@@ -76,6 +76,17 @@ def weighed_rate(across, axis, d_axis, x, dx):
 
 
 @kernel
+def centre_of(model, data, e):
+    """Return where the centre of station e is."""
+    contact = model.contact
+    node = contact.node[e]
+    p, offset = load_vec(data.position[node]), load_vec(contact.offset[e])
+    if offset[0] == 0.0 and offset[1] == 0.0 and offset[2] == 0.0:
+        return p
+    return add(p, apply(load_mat(data.rotation[node]), offset))
+
+
+@kernel
 def motion(model, data, e):
     """Return arm, centre, ω, velocity of the centre of station e, along base axes, and its axis.
 

@@ -12,7 +12,6 @@ from soft_sim_ros.core.model.contact import (
     NONE,
     STATIC,
     TANGENT,
-    WIDE,
 )
 from soft_sim_ros.core.recursion.rnea import kinematics, place, strains
 
@@ -31,7 +30,7 @@ def contact_rows(model, data, q, v, zero, rows):
     Along the axes of the base frame: the normal (3,) off the shape; the point (3,) of the body's
     surface; the normal force; the force of friction (3,) on the body; 1 if it sticks; the velocity
     (3,) of the point along the surface in m/s. Pairs that are left out have a gap of infinity.
-    q, v : as a solver has them, with bristles, or coordinates alone: there is no friction then
+    Bristles are those of the state in ``data``.
     """
     q, v, zero, rows = bare(q), bare(v), bare(zero), bare(rows)
     strains(model, data, q, v, zero)
@@ -39,7 +38,6 @@ def contact_rows(model, data, q, v, zero, rows):
     place(model, data)
     contact = model.contact
     slots = data.touch.start.shape[1]
-    begin = len(q) - WIDE * slots * len(contact.node)
     for e in range(len(contact.node)):
         radius, share = contact.radius[e], contact.share[e]
         _, centre, omega, speed, axis = motion(model, data, e)
@@ -60,12 +58,11 @@ def contact_rows(model, data, q, v, zero, rows):
             if d >= radius:
                 continue
             row[PUSH] = pushed(law, share, radius, n, radius - d, speed)[0]
-            for k in range(slots if begin >= model.block_col[-1] else 0):
-                at = begin + WIDE * (e * slots + k)
-                code = int(q[at + CODE])
+            for k in range(slots):
+                code = int(data.touch.bristle[0, e, k, CODE])
                 if code // 2 != s + 1:
                     continue
-                g = scale(law[TANGENT] * share, along(n, load_vec(q[at:])))
+                g = scale(law[TANGENT] * share, along(n, load_vec(data.touch.bristle[0, e, k])))
                 most = (law[STATIC] if code % 2 == 1 else law[KINETIC]) * row[PUSH]
                 size = math.sqrt(dot(g, g))
                 if size > most:

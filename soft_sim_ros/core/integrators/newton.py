@@ -10,7 +10,6 @@ from soft_sim_ros.core.recursion.tangent import tangent
 from soft_sim_ros.core.terms.driven import follow_drives, hold_still, leave_out, note_forces
 from soft_sim_ros.core.terms.fibres import lawful
 from soft_sim_ros.core.terms.maxwell import branch_forces, branch_tangent, relax
-from soft_sim_ros.core.terms.touch import begin_touch, end_touch
 
 from .problem import (
     CORRECTION,
@@ -94,7 +93,7 @@ def solve_stage(problem, cq, cv, goal):
     driven = len(model.driven) > 0
     touching = len(model.contact.node) > 0
     if touching:
-        begin_touch(data, work, cv)
+        data.touch.mode[0] = cv
     stale = work.key[CQ] != cq or work.key[CV] != cv
     before = 0.0
     refreshed = -1
@@ -160,8 +159,6 @@ def solve_stage(problem, cq, cv, goal):
                 note_forces(model, data, work.residual)
             elif touching and data.touch.pattern[0] != 0.0:
                 call_residual(calls[RESIDUAL], model, data, work.q, work.v, work.a, work.residual)
-            if touching:
-                end_touch(data, work, cv)
             return admissible(model, data)
         if iteration > 0 and rate > SLOW:
             if refreshed >= 0 and iteration > refreshed + 2 and rate > 2.0:

@@ -65,11 +65,15 @@ class ContactReader:
         self._rows = np.zeros((len(self._stations), len(shapes), COLUMNS))
         self._zero = np.zeros(len(compiled.coordinate_names))
 
-    def near(self, q: Floats, v: Floats, gap: float = 0.0) -> tuple[Contact, ...]:
+    def near(
+        self, q: Floats, v: Floats, gap: float = 0.0, bristles: Floats | None = None
+    ) -> tuple[Contact, ...]:
         """Return pairs that are not further apart than a gap in m, in the order of the bodies.
 
-        q, v : as a solver has them, or coordinates (n,) alone: without friction
+        q, v : (n,)
+        bristles : as Touch has them; None: there is no friction
         """
+        self._data.touch.bristle[:] = 0.0 if bristles is None else bristles
         contact_rows(self._model, self._data, q, v, self._zero, self._rows)
         turn, origin = self._compiled.base[:3, :3], self._compiled.base[:3, 3]
         found = []

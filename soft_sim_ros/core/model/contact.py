@@ -22,6 +22,7 @@ SPAN, PRESENT = 0, 1
 WRENCHES, MATRICES, ENERGY = range(3)
 SLOTS = 2  # shapes whose friction a station can feel at a time
 FAR = 1e30
+STAGES = 6  # of a step, at most
 
 
 @struct
@@ -49,8 +50,14 @@ class Contact(NamedTuple):
 class Touch(NamedTuple):
     """Scratch of contact: K bristles a station."""
 
+    bristle: Floats  # (1, P, K, 4) of the state
     start: Floats  # (P, K, 4) bristles that a stage begins with
     after: Floats  # (P, K, 4) and ends with
+    rates: Floats  # (6, P, K, 4) of the stages of a step, m/s
+    kept_back: Floats  # (2, P, K, 4) of the state before a step, before a piece of it
+    ends: Floats  # (2, P, K, 4) of the present step of the adaptive method: its two ends …
+    final: Floats  # (P, K, 4) … and the rates at the last one
+    alive: Ints  # (3,) whether any is not zero: NOW, SAVED, BEFORE (terms/touch.py)
     kept: Ints  # (P,) whether a station begins with a bristle that is not free
     # (P, 4) where a station was when distances were taken, and how far it may move without touching
     near: Floats
@@ -82,11 +89,6 @@ def no_contact() -> Contact:
     )
 
 
-def bristles(contact: Contact) -> int:
-    """Return how many numbers the bristles of all stations are."""
-    return WIDE * len(contact.node) * int(contact.slots[0]) if len(contact.node) else 0
-
-
 def new_touch(contact: Contact) -> Touch:
     """Allocate scratch; addresses are filled in by who knows the model."""
     stations = len(contact.node)
@@ -95,6 +97,12 @@ def new_touch(contact: Contact) -> Touch:
     near = np.zeros((stations, 4))
     near[:, 3] = -1.0
     return Touch(
+        bristle=np.zeros((some, stations, slots, WIDE)),
+        rates=np.zeros((STAGES * some, stations, slots, WIDE)),
+        kept_back=np.zeros((2 * some, stations, slots, WIDE)),
+        ends=np.zeros((2 * some, stations, slots, WIDE)),
+        final=np.zeros((stations, slots, WIDE)),
+        alive=np.zeros(3 * some, dtype=np.int64),
         start=np.zeros((stations, slots, WIDE)),
         after=np.zeros((stations, slots, WIDE)),
         kept=np.zeros(stations, dtype=np.int64),

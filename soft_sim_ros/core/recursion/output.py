@@ -47,7 +47,7 @@ def energies(model, data, q, v, zero):
     elastic += fibre_energy(model.fibres, data.section, q) + branch_energy(model, q)
     elastic += tendon_energy(model, data)
     if len(model.contact.node) > 0:
-        elastic += call_contact_energy(data.touch.call[2], model, data, q)
+        elastic += call_contact_energy(data.touch.call[2], model, data)
     return kinetic, elastic, weight
 
 

@@ -10,6 +10,7 @@ from soft_sim_ros.core.integrators.adaptive import BEGIN, LENGTH, SINCE
 from soft_sim_ros.core.integrators.problem import CQ, KNOWN, Problem
 from soft_sim_ros.errors import StateError
 
+from .bristles import held_bristles
 from .mark import ModelMark
 from .memory import ARRAYS, EXCHANGED, SolverMemory, factors_of
 from .state import SimulationState
@@ -40,6 +41,7 @@ def refuse_misfit(state: SimulationState, problem: Problem, n: int, most_steps: 
     shapes: dict[str, tuple[int, ...]] = {
         **{"q": (n,), "v": (n,), "dashpots": (2, len(problem.state.q) - n)},
         **{"efforts": (actuators,), "wrench": (6,), "ports": (actuators,)},
+        "bristles": (sum(part.size for part in held_bristles(problem.data)),),
         **dict.fromkeys(("dissipated", "load_work", "actuator_work", "reference"), ()),
     }
     for key, shape in shapes.items():

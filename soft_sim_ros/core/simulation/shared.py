@@ -13,7 +13,6 @@ from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.integrators.problem import Method
 from soft_sim_ros.core.integrators.tableaus import method_of
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.model.contact import bristles
 from soft_sim_ros.core.model.model import Model, in_its_plane
 
 from .mark import ModelMark
@@ -59,8 +58,6 @@ def _made(compiled: Compiled, prune: bool) -> Shared:
         # dashpots of Maxwell branches follow the coordinates in all that a step moves
         held = np.diag(Dynamics(compiled).branch_matrix()) > 0.0
         weight = np.concatenate([weight, weight * held])
-    # so do bristles of friction
-    weight = np.concatenate([weight, np.zeros(bristles(model.contact))])
     stepped = model._replace(weight=weight)
     stepped = in_its_plane(stepped) if prune else stepped
     method = method_of(compiled.scene)

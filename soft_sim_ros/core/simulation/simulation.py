@@ -222,7 +222,9 @@ class Simulation(Twins):
             return ()
         if self._contacts is None:
             self._contacts = ContactReader(self.compiled)
-        return self._contacts.near(self._q, self._v, number("gap", gap))
+        return self._contacts.near(
+            self.q, self.v, number("gap", gap), self._problem.data.touch.bristle
+        )
 
     def sampler(self, poses: int, backbone: str | None = None) -> Sampler:
         """Return a sampler of ``poses`` frames, equally spaced in arc length along a backbone.
