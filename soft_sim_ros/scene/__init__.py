@@ -26,12 +26,11 @@ from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 
 __all__ = [
-    "BASE", "BASES", "INTEGRATORS", "STRAINS",
-    "Actuator", "Attachment", "Basis", "Body", "BodyContact", "ChamberActuator", "ContactLaw",
-    "Curve", "DistributedLoad",
-    "FlexibleLink", "Forest", "Free", "Friction", "Initial", "Joint", "JointActuator", "Load", "Material",
+    "BASE", "BASES", "INTEGRATORS", "STRAINS", "Actuator", "Attachment", "Basis", "Body",
+    "BodyContact", "ChamberActuator", "ContactLaw", "Curve", "DistributedLoad", "FlexibleLink",
+    "Forest", "Free", "Friction", "Initial", "Joint", "JointActuator", "Load", "Material",
     "Maxwell", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference", "RigidBody",
-    "Rivlin", "Rod", "Scene",
-    "Schedule", "Section", "SectionSummary", "Shape", "Solid", "TendonActuator", "load_scene", "packaged_scenes",
-    "parse_scene", "register_law", "register_profile", "summary", "total_mass",
+    "Rivlin", "Rod", "Scene", "Schedule", "Section", "SectionSummary", "Shape", "Solid",
+    "TendonActuator", "load_scene", "packaged_scenes", "parse_scene", "register_law",
+    "register_profile", "summary", "total_mass",
 ]  # fmt: skip

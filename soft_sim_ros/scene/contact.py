@@ -69,9 +69,11 @@ def read_contact(reader: Reader, materials: Mapping[str, Material]) -> ContactLa
     reader.only(*KEYS)
     if reader.has("stiffness"):
         reader.no_effect("material", "the stiffness is given")
-    name = reader.reference("material", materials, "material", default=None) if (
-        reader.has("material")
-    ) else None
+    name = (
+        reader.reference("material", materials, "material", default=None)
+        if (reader.has("material"))
+        else None
+    )
     return ContactLaw(
         stiffness=reader.number("stiffness", POSITIVE, default=None),
         material=None if name is None else materials[name],

@@ -70,6 +70,7 @@ def read_environment(
         kind = reader.one_of(KINDS)
         name = reader.name(kind, taken={shape.name for shape in shapes})
         size, position, axes = _GEOMETRY[kind](reader)
+        named = reader.references("bodies", bodies, "body") if reader.has("bodies") else None
         if reader.has("inside") and kind not in HOLLOW:
             reader.no_effect("inside", f"a {kind} has no inside to be in")
         shapes.append(
@@ -81,7 +82,7 @@ def read_environment(
                 axes=frozen(axes),
                 inside=reader.choice("inside", ("true", "false"), default="false") == "true",
                 law=read_contact(reader.mapping("contact"), materials),
-                bodies=reader.references("bodies", bodies, "body") if reader.has("bodies") else None,
+                bodies=named,
                 overlap=reader.choice("overlap", ("true", "false"), default="false") == "true",
             )
         )

@@ -55,7 +55,7 @@ class Scene:
     source: str
     file: str
     environment: tuple[Shape, ...] = ()
-    contact: ContactLaw = ContactLaw()
+    contact: ContactLaw = ContactLaw()  # noqa: RUF009 - it is immutable
 
     @property
     def scheduled_loads(self) -> tuple[PointLoad | DistributedLoad, ...]:

@@ -85,7 +85,8 @@ def flat_contact(scene: Scene, chain: Chain) -> Contact:
     if not found:
         raise SceneError(scene.file, "environment", scene.name, "a body that can touch it")
     groups: dict[tuple[str, str | None, float], int] = {}
-    rows, group = [], []
+    rows: list[list[list[float]]] = []
+    group: list[int] = []
     for station in found:
         name = None if station.section is None else station.section.name
         key = station.body, name, station.radius if station.single else 0.0

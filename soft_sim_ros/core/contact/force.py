@@ -133,9 +133,7 @@ def contact_wrenches(model, data):
                 if k >= 0:
                     taken |= 1 << k
                     start = load_vec(touch.start[e, k])
-                    held, w, g, _ = gripped(
-                        law, share, radius, touch, n, omega, speed, axis, start
-                    )
+                    held, w, g, _ = gripped(law, share, radius, touch, n, omega, speed, axis, start)
                     size, most = math.sqrt(dot(g, g)), limit_of(law, touch, e, k) * push
                     sticks = size <= most
                     if not sticks:
@@ -205,13 +203,13 @@ def add_slopes(model, data, e, s, by, sums):
         for i in range(touch.start.shape[1]):
             if int(touch.after[e, i, CODE]) // 2 == s + 1:
                 k = i
-    held, w, g, size, most, mu, resist, slide = ZERO, ZERO, ZERO, 0.0, 0.0, 0.0, 0.0, ZERO
+    g, size, most, mu, resist, slide = ZERO, 0.0, 0.0, 0.0, 0.0, ZERO
     sticks, start, kappa = True, ZERO, law[TANGENT] * share
     raw = ZERO
     if k >= 0:
         start = load_vec(touch.start[e, k])
         mu = limit_of(law, touch, e, k)
-        held, w, raw, resist = gripped(law, share, radius, touch, n, omega, speed, axis, start)
+        _, _, raw, resist = gripped(law, share, radius, touch, n, omega, speed, axis, start)
         slide = sub(along(n, speed), scale(radius, cross(omega, n)))
         size, most = math.sqrt(dot(raw, raw)), mu * push
         sticks = size <= most
@@ -250,9 +248,7 @@ def add_slopes(model, data, e, s, by, sums):
                 d_g = scale(most / size, sub(d_g, scale(dot(way, d_g), way)))
                 d_g = add(d_g, scale(mu * d_push, way))
             d_spread = weighed_rate(across, axis, d_axis, g, d_g)
-            tail = add(
-                scale(dot(n, spread), d_n), scale(dot(d_n, spread) + dot(n, d_spread), n)
-            )
+            tail = add(scale(dot(n, spread), d_n), scale(dot(d_n, spread) + dot(n, d_spread), n))
             d_total = sub(d_total, sub(d_spread, tail))
         d_lever = sub(d_arm, scale(radius, d_n))
         d_moment = add(cross(d_lever, total), cross(lever, d_total))

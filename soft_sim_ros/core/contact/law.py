@@ -37,7 +37,6 @@ from soft_sim_ros.core.model.contact import (
 )
 
 
-
 @kernel
 def elastic(law, share, radius, depth):
     """Return force in N, its slope in N/m, and the energy in J of a depth in m."""
@@ -69,9 +68,7 @@ def weighed(across, axis, x):
 @kernel
 def weighed_rate(across, axis, d_axis, x, dx):
     """Return the change of ``weighed``."""
-    turned = add(
-        scale(dot(axis, x), d_axis), scale(dot(d_axis, x) + dot(axis, dx), axis)
-    )
+    turned = add(scale(dot(axis, x), d_axis), scale(dot(d_axis, x) + dot(axis, dx), axis))
     return add(scale(across, dx), scale(1.0 - across, turned))
 
 
@@ -133,5 +130,3 @@ def bristle(law, share, touch, held, w, g, sticks):
         return add(held, scale(span, w))
     part = 1.0 / (span + law[TIME])
     return add(scale(part * span / kappa, g), scale(part * law[TIME], held))
-
-

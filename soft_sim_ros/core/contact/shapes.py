@@ -9,7 +9,6 @@ Shapes of revolution have their axis along z. A plane is z = 0, its free side ab
 
 import math
 
-
 from soft_sim_ros.core.algebra.dual import (
     apply,
     apply_t,
@@ -192,5 +191,3 @@ def distances(contact, s, points, out):
             out[i, 1 + c] = n[c]
         for c in range(9):
             out[i, 4 + c] = curved[c]
-
-

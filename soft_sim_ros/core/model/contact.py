@@ -122,8 +122,8 @@ def within(contact: Contact, space: Space) -> Contact | None:
     if not len(contact.node):
         return contact
     out = next(c for c in range(3) if 3 + c not in space.components)
-    for kind, size, axes, centre, bound in zip(
-        contact.kind, contact.size, contact.rotation, contact.centre, contact.bound, strict=True
+    for kind, axes, centre, bound in zip(
+        contact.kind, contact.rotation, contact.centre, contact.bound, strict=True
     ):
         scale = max(1.0, float(np.abs(centre).max()), float(bound))
         turned = np.abs(axes.reshape(3, 3)[out])  # of the shape's axes, along the plane's normal

@@ -20,7 +20,8 @@ def recall_bristles(data: Data, bristles: Floats | None) -> None:
         if bristles is not None:
             part[...] = bristles[begin : begin + part.size].reshape(part.shape)
         begin += part.size
-    for part in (touch.start, touch.after, touch.rates, touch.kept):
-        part[...] = 0
+    for scratch in (touch.start, touch.after, touch.rates):
+        scratch[...] = 0.0
+    touch.kept[:] = 0
     touch.near[:, 3:] = -1.0
     touch.alive[:1] = int(bool(touch.bristle.any() or touch.ends.any()))

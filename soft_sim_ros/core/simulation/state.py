@@ -43,8 +43,8 @@ class SimulationState(Value):
 
     Notes
     -----
-    Friction in contact sticks, so it has a state (docs/contact.md). That of tendons is a function of shape, rates and tension (a regularised law), so it needs
-    no state of its own.
+    Friction in contact sticks, so it has a state (docs/contact.md). That of tendons is a function
+    of shape, rates and tension (a regularised law), and needs none.
     """
 
     model: ModelMark
