@@ -1,0 +1,112 @@
+"""Coulomb friction with true stick: inclines, rolling, rods that slide at an angle."""
+
+import numpy as np
+import pytest
+from scenes import scene_of
+from touching import G, body, rod_on_table
+
+from soft_sim_ros.core.settled import Simulation
+
+FIRM = {"stiffness": 1e7, "dissipation": 1.0}
+BOX = {"kind": "box", "size": [0.2, 0.2, 0.1]}
+
+
+def acceleration(simulation, column, settle=500, steps=500):
+    simulation.advance(settle)
+    before = simulation.v[column]
+    simulation.advance(steps)
+    return (simulation.v[column] - before) / (steps * simulation.scene.numerics.step)
+
+
+def slide(tilt, mu):
+    return G * (np.sin(tilt) - mu * np.cos(tilt))
+
+
+@pytest.mark.parametrize(("tilt", "mu"), [(0.2, 0.5), (0.2, 0.06), (0.5, 0.1)])
+def test_a_ball_rolls_down_while_friction_can_turn_it(tilt, mu):
+    """5/7 g sin θ up to tan θ = 3.5 μ, beyond g (sin θ − μ cos θ)."""
+    found = acceleration(body(tilt=tilt, contact=FIRM | {"friction": mu}), 3)
+    rolls = np.tan(tilt) <= 3.5 * mu
+    exact = 5 / 7 * G * np.sin(tilt) if rolls else slide(tilt, mu)
+    assert found == pytest.approx(exact, rel=1e-4)
+
+
+@pytest.mark.parametrize(("tilt", "mu"), [(0.2, 0.5), (0.3, 0.11), (0.5, 0.15)])
+def test_a_cylinder_rolls_down_while_friction_can_turn_it(tilt, mu):
+    """2/3 g sin θ up to tan θ = 3 μ."""
+    around = 0.5 * 0.5 * 0.05**2
+    log = {"kind": "capsule", "radius": 0.05, "from": [0, -0.1, 0], "to": [0, 0.1, 0]}
+    thing = body(shape=log, inertia=[3e-3, around, 3e-3], tilt=tilt,
+                 contact=FIRM | {"friction": mu})  # fmt: skip
+    found = acceleration(thing, 3, 1500)
+    rolls = np.tan(tilt) <= 3.0 * mu
+    exact = 2 / 3 * G * np.sin(tilt) if rolls else slide(tilt, mu)
+    assert found == pytest.approx(exact, rel=1e-4)
+
+
+def test_what_sticks_on_an_incline_does_not_creep():
+    thing = body(shape=BOX, inertia=[2e-3, 2e-3, 3e-3], tilt=0.3, contact=FIRM | {"friction": 0.5})
+    thing.advance(2000)
+    before = thing.q.copy()
+    thing.advance(60_000)
+    assert np.abs(thing.q - before).max() < 1e-9
+    assert all(contact.sticks for contact in thing.contacts())
+    pull = sum(contact.friction for contact in thing.contacts())
+    assert pull[0] == pytest.approx(-0.5 * G * np.sin(0.3), rel=1e-6)
+
+
+def test_what_slides_down_an_incline_is_slowed_by_friction():
+    thing = body(shape=BOX, inertia=[2e-3, 2e-3, 3e-3], tilt=0.6, contact=FIRM | {"friction": 0.5})
+    assert acceleration(thing, 3) == pytest.approx(slide(0.6, 0.5), rel=1e-4)
+    assert not any(contact.sticks for contact in thing.contacts())
+
+
+def test_sticking_holds_more_than_sliding():
+    """Between both angles of friction: at rest it stays, pushed it goes on."""
+    options = {
+        "shape": BOX,
+        "inertia": [2e-3, 2e-3, 3e-3],
+        "tilt": 0.4,
+        "contact": FIRM | {"friction": {"static": 0.5, "kinetic": 0.3}},
+    }
+    rests = body(**options)
+    rests.advance(3000)
+    assert np.abs(rests.v).max() < 1e-6
+    moves = body(**options, speed=[0, 0, 0, 0.3, 0, 0])
+    assert acceleration(moves, 3) == pytest.approx(slide(0.4, 0.3), rel=1e-4)
+
+
+def test_a_rod_on_an_incline_does_not_creep():
+    document = rod_on_table(free=True, length=0.2, elements=2, strains=["bend_y", "bend_z"])
+    document["gravity"] = [G * np.sin(0.2) * 0.8, G * np.sin(0.2) * 0.6, -G * np.cos(0.2)]
+    document["contact"] = {"friction": 0.4}
+    rod = Simulation(scene_of(document))
+    rod.advance(5000)
+    before = rod.tips().poses()[0].copy()
+    rod.advance(60_000)
+    assert np.abs(rod.tips().poses()[0] - before)[:3].max() < 1e-9
+
+
+@pytest.mark.parametrize(("along", "across"), [(0.1, 0.4), (0.4, 0.1)])
+def test_a_segment_that_slides_obliquely_is_turned_aside_by_the_ratio(along, across):
+    """Across a rod that slides at an angle it is pushed along it, one way or the other.
+
+    The law is that of largest dissipation: f = −F (μ₁² w₁, μ₂² w₂) / |(μ₁ w₁, μ₂ w₂)|.
+    """
+    document = rod_on_table(free=True, length=0.2, elements=1, order=0,
+                            strains=["bend_y", "bend_z"], young=1e9)  # fmt: skip
+    document["bodies"][1]["contact"] = {"friction": {"kinetic": along, "across": across}}
+    document["contact"] = {"stiffness": 1e6}
+    document["initial"] = {"velocities": {"fly": [0, 0, 0, 0.7, 0.7, 0]}}
+    rod = Simulation(scene_of(document))
+    rod.advance(40)
+    start = rod.v[3:5].copy()
+    rod.advance(20)
+    push = (rod.v[3:5] - start) / 0.02
+    way = 0.5 * (start + rod.v[3:5])
+    mu = np.array([along, across])
+    law = -G * mu**2 * way / np.linalg.norm(mu * way)
+    assert np.allclose(push, law, rtol=2e-3)
+    # relative to the direction of motion it is turned towards the axis of less friction
+    aside = push[0] * way[1] - push[1] * way[0]
+    assert np.sign(aside) == np.sign(across - along)
