@@ -20,6 +20,7 @@ SHAPES = {
 
 
 def shaped(kind, **more):
+    more = {key: value for key, value in more.items() if value}
     document = body_document(
         at=[0, 0, 0, 5, 5, 5],
         environment=[{kind: "it"} | SHAPES[kind] | more],
@@ -47,7 +48,8 @@ def surface(kind):
     elif kind == "box":
         u, v = np.meshgrid(*[np.linspace(-1, 1, 200)] * 2)
         face = np.stack([u.ravel(), v.ravel(), np.ones(u.size)], axis=-1)
-        local = np.concatenate([np.roll(sign * face, k, axis=1) for k in range(3) for sign in (1, -1)])
+        turned = [np.roll(sign * face, k, axis=1) for k in range(3) for sign in (1, -1)]
+        local = np.concatenate(turned)
         local = local * 0.5 * np.array(data["size"])
     else:
         r, half = data["radius"], 0.5 * np.linalg.norm(np.subtract(data["to"], data["from"]))
@@ -66,14 +68,16 @@ def surface(kind):
 @pytest.mark.parametrize("kind", [kind for kind in SHAPES if kind != "plane"])
 def test_the_distance_is_that_to_the_nearest_point_of_the_surface(kind):
     rng = np.random.default_rng(1)
-    points = rng.uniform(-1.2, 1.5, size=(150, 3))
+    points = np.concatenate([rng.uniform(-1.2, 1.5, size=(80, 3)), rng.normal(size=(60, 3)) * 0.15])
+    points[80:] += shaped(kind).centre[0]
     d, n, _ = measured(shaped(kind), points)
     cloud = surface(kind)
     brute = np.array([np.linalg.norm(cloud - point, axis=1).min() for point in points])
-    assert np.allclose(np.abs(d), brute, atol=1e-4)
+    coarse = brute - np.abs(d)  # the points are a few mm apart
+    assert coarse.min() > -1e-9 and (coarse[np.abs(d) > 0.05] < 4e-4).all() and coarse.max() < 5e-3
     # the nearest point is on the surface: no distance is left there
     assert np.abs(measured(shaped(kind), points - d[:, None] * n)[0]).max() < 1e-12
-    assert (d < 0).sum() > 3
+    assert (d < 0).sum() > 20
     # beyond the surface it grows with the way
     assert np.allclose(measured(shaped(kind), points + 0.1 * n)[0][d > 0], d[d > 0] + 0.1)
 
