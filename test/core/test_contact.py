@@ -137,7 +137,9 @@ def test_a_ball_bounces_as_the_law_says(integrator, step, off):
     assert ball.q[5] == pytest.approx(height, abs=off)
     assert ball.v[5] == pytest.approx(speed, abs=30 * off)
     lost = ball.ledger()[5]
-    assert lost == pytest.approx(0.5 * G * 0.1 - 0.5 * (G * (height - 0.05) + speed**2 / 2), rel=1e-3)
+    assert lost == pytest.approx(
+        0.5 * G * 0.1 - 0.5 * (G * (height - 0.05) + speed**2 / 2), rel=1e-3
+    )
 
 
 def test_a_ball_comes_to_rest_and_stays():

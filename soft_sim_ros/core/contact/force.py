@@ -74,8 +74,9 @@ def slot_of(touch, e, s, taken):
 
 @kernel
 def limit_of(law, touch, e, k):
-    """Return the coefficient of friction: it sticks already, or not."""
-    return law[STATIC] if int(touch.start[e, k, CODE]) % 2 == 1 else law[KINETIC]
+    """Return the coefficient of friction: that of sticking until it has slipped."""
+    code = int(touch.start[e, k, CODE])
+    return law[STATIC] if code == 0 or code % 2 == 1 else law[KINETIC]
 
 
 @kernel

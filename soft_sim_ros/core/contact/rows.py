@@ -2,7 +2,7 @@
 
 import math
 
-from soft_sim_ros.core.algebra.dual import cross, dot, load_vec, scale, sub
+from soft_sim_ros.core.algebra.dual import add, cross, dot, load_vec, scale, sub
 from soft_sim_ros.core.backend.jit import bare, unit
 from soft_sim_ros.core.model.contact import (
     ACROSS,
@@ -12,6 +12,7 @@ from soft_sim_ros.core.model.contact import (
     NONE,
     STATIC,
     TANGENT,
+    TIME,
 )
 from soft_sim_ros.core.recursion.rnea import kinematics, place, strains
 
@@ -62,10 +63,14 @@ def contact_rows(model, data, q, v, zero, rows):
                 code = int(data.touch.bristle[0, e, k, CODE])
                 if code // 2 != s + 1:
                     continue
-                g = scale(law[TANGENT] * share, along(n, load_vec(data.touch.bristle[0, e, k])))
+                # what sticks bends its bristle at the rate of the slip, else it says where to
+                u, w = along(n, load_vec(data.touch.bristle[0, e, k])), slide
+                if law[ACROSS] != 1.0:
+                    w = along(n, weighed(law[ACROSS], axis, slide))
+                g = scale(law[TANGENT] * share, add(u, scale(law[TIME], w)))
                 most = (law[STATIC] if code % 2 == 1 else law[KINETIC]) * row[PUSH]
                 size = math.sqrt(dot(g, g))
-                if size > most:
+                if size > most or (code % 2 == 0 and size > 0.0):
                     g = scale(most / size, g)
                 pull = g
                 if law[ACROSS] != 1.0:
