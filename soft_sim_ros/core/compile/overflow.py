@@ -33,6 +33,9 @@ SOURCES = {
     "length_control": ("the stiffness or damping of a tendon", "actuators"),
     "friction": ("the friction of a tendon", "actuators"),
     "wrench": ("a wrench on a node", "loads"),
+    "law": ("the law of a contact", "contact"),
+    "bound": ("the size of a shape", "environment"),
+    "centre": ("the place of a shape", "environment"),
 }
 
 
@@ -44,7 +47,7 @@ def refuse_overflow(scene: Scene, model: Model, loads: Loads) -> None:
     SceneError
         which names the quantity that is not finite
     """
-    for part in (model, model.fibres, loads):
+    for part in (model, model.fibres, model.contact, loads):
         for name, array in part._asdict().items():
             if name not in SOURCES or np.isfinite(array).all():
                 continue
