@@ -117,3 +117,41 @@ def test_a_segment_that_slides_obliquely_is_turned_aside_by_the_ratio(along, acr
     assert np.allclose(push, 0.5 * (total + later), rtol=0.1, atol=0.05 * normal)
     # what slides is turned towards the axis of less friction
     assert np.sign(total[0] * slip[1] - total[1] * slip[0]) == np.sign(across - along)
+
+
+def test_a_rope_half_around_a_post_pulls_as_the_capstan_says():
+    """e^{μπ}; the friction acts at the post, R, and the tension at R + r: e^{μπR/(R + r)}."""
+    mu, post, thick, weight = 0.3, 0.05, 3e-4, 0.2
+    bent = {"curvature": [0.0, 1.0 / (post + thick), 0.0]}
+    sections = [
+        {"name": name, "length": length, "material": "soft", "reference": reference,
+         "cross_section": {"shape": "circle", "radius": thick}}
+        for name, length, reference in (
+            ("up", 0.05, {}), ("around", np.pi * (post + thick), bent), ("down", 0.05, {}),
+        )
+    ]  # fmt: skip
+    document = {
+        "name": "capstan",
+        "gravity": [0.0, 0.0, -G],
+        "base": {"position": [-post - thick, 0.0, -0.05], "rpy": [0.0, -np.pi / 2, 0.0]},
+        "materials": {"soft": {"young_modulus": 3e8, "poisson_ratio": 0.45, "density": 10.0,
+                               "rayleigh": {"stiffness": 0.02}}},
+        "bodies": [
+            {"joint": "pull", "kind": "prismatic", "axis": [1.0, 0.0, 0.0],
+             "driven": "-0.01*t*tanh(20*t)"},
+            {"rod": "rope", "strains": ["bend_y", "stretch"], "sections": sections},
+            {"rigid_body": "weight", "mass": weight},
+        ],
+        "environment": [{"cylinder": "post", "from": [0, -0.05, 0], "to": [0, 0.05, 0],
+                         "radius": post}],
+        "contact": {"stiffness": 1e6, "friction": mu, "onset": 1e-5},
+        "numerics": {"step": 1e-3, "basis": {"order": 2, "elements": 12}},
+    }  # fmt: skip
+    rope = Simulation(scene_of(document))
+    rope.advance(1250)
+    contacts = rope.contacts()
+    assert len(contacts) > 50 and not any(contact.sticks for contact in contacts)
+    (pull,) = rope.dynamics.drive_forces(rope.q, rope.v, time=rope.time)
+    assert -pull / (weight * G) == pytest.approx(np.exp(mu * np.pi), rel=1e-2)
+    exact = np.exp(mu * np.pi * post / (post + thick))
+    assert -pull / (weight * G) == pytest.approx(exact, rel=2e-3)
