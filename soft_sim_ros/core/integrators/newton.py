@@ -47,6 +47,8 @@ SLOW = 0.2
 # A measured contraction is trusted a little less every time it is used without being measured
 # again, and never assumed better than FASTEST: the slowest component may not have shown yet.
 AGEING, FASTEST = 1.1, 0.03
+# A last correction that is smaller, over the goal, does not bend a bristle.
+SETTLED = 1e-3
 
 
 @unit
@@ -157,7 +159,8 @@ def solve_stage(problem, cq, cv, goal):
                 call_residual(calls[0], model, data, work.q, work.v, work.a, work.residual)
                 branch_forces(model, work.v, work.residual)
                 note_forces(model, data, work.residual)
-            elif touching and data.touch.pattern[0] != 0.0:
+            elif touching and data.touch.pattern[0] != 0.0 and size > SETTLED * goal:
+                # bristles as of where Newton's method has come to
                 call_residual(calls[RESIDUAL], model, data, work.q, work.v, work.a, work.residual)
             return admissible(model, data)
         if iteration > 0 and rate > SLOW:
