@@ -75,7 +75,7 @@ def test_the_tangent_with_contact_is_its_difference_quotient(pressed, span):
     assert set((code // 2).ravel()) == set(range(8 if span > 0.0 else 1))
     if span > 0.0:
         sticks, slips = np.sum(code % 2 == 1), np.sum((code > 0) & (code % 2 == 0))
-        assert (sticks > slips) == (span < 0.1) and min(sticks, slips) > 5
+        assert min(sticks, slips) > 5 and slips > (5 if span < 0.1 else 20)
 
 
 def test_contact_is_no_weight_and_no_elasticity(pressed):
