@@ -1,4 +1,4 @@
-"""Draw scenes as docs/forest.md and docs/fluid.md show them: ``python tools/gallery.py``.
+"""Draw scenes as docs/forest.md, fluid.md and contact.md show them: ``python tools/gallery.py``.
 
 Each is simulated from its start under the efforts below, and drawn at some instants in one
 picture, earlier ones paler. Shapes and colours are those of the viewer (soft_sim_ros/viewing).
@@ -19,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
-from soft_sim_ros import Simulation, load_scene
+from soft_sim_ros import Scene, Simulation, load_scene
 from soft_sim_ros.files import write_whole
 from soft_sim_ros.report.style import FAINT, INK, RC
 from soft_sim_ros.viewing import shapes
@@ -28,6 +28,7 @@ from soft_sim_ros.viewing.shapes import REMOVED, Shape
 from soft_sim_ros.viewing.tube import rotations
 
 DOCS = Path(__file__).parents[1] / "docs"
+STONE = np.array([0.55, 0.53, 0.5, 0.45])
 LIGHT = np.array([0.3, -0.6, 0.75])
 ROUND = 14  # sides of what is round
 Array = NDArray[Any]
@@ -68,6 +69,8 @@ SHOTS = {
     ),
     "mobile_arm": Shot((0.0, 1.0, 2.1), {"pull_120": 6.0}, (24.0, -70.0)),
     "swimmer": Shot((0.0, 5.0, 8.0), {"steer": 0.01}, (58.0, -84.0), "fluid"),
+    "table": Shot((0.0, 1.0), {"left": 25.0}, (24.0, -60.0), "contact"),
+    "corner": Shot((0.0, 1.0), {"left": 20.0}, (24.0, -50.0), "contact"),
 }  # fmt: skip
 
 
@@ -145,6 +148,27 @@ def lines(shape: Shape, canvas: Canvas) -> Array:
     return np.stack([points[0], points[1], heads[0], points[1], heads[1]])
 
 
+def surroundings(scene: Scene, points: Array) -> list[Array]:
+    """Return the triangles (T, 3, 3) of the shapes of a scene; planes below points (P, 3)."""
+    made = []
+    for shape in scene.environment:
+        r, half, _ = shape.size.tolist()
+        if shape.kind == "plane":
+            local = (points - shape.position) @ shape.axes[:, :2]
+            low, high = local.min(axis=0) - 0.03, local.max(axis=0) + 0.03
+            x, y = np.meshgrid(np.linspace(low[0], high[0], 2), np.linspace(low[1], high[1], 2))
+            solid = patches(np.stack([x, y, 0.0 * x], axis=-1))
+        elif shape.kind in ("box", "ellipsoid"):
+            unit = SOLIDS[shapes.CUBE if shape.kind == "box" else shapes.SPHERE]
+            solid = unit * (2.0 * shape.size)
+        elif shape.kind == "sphere":
+            solid = SOLIDS[shapes.SPHERE] * (2.0 * r)
+        else:
+            solid = SOLIDS[shapes.CYLINDER] * (2.0 * np.array([r, r, half]))
+        made.append(shape.position + solid @ shape.axes.T)
+    return made
+
+
 def draw(name: str) -> Figure:
     """Return the picture of a scene."""
     shot, simulation = SHOTS[name], Simulation(load_scene(name))
@@ -172,6 +196,9 @@ def draw(name: str) -> Figure:
             else:
                 faces.append(triangles(shape, canvas))
                 colours.append(shaded(faces[-1], canvas.colour, share))
+    for solid in surroundings(simulation.scene, np.concatenate(faces).reshape(-1, 3)):
+        faces.append(solid)
+        colours.append(shaded(solid, STONE, 1.0))
     return picture(shot, np.concatenate(faces), np.concatenate(colours), (strokes, inks, widths))
 
 
@@ -202,10 +229,10 @@ def main() -> None:
     """Write one PNG for each scene."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("scenes", nargs="*", default=list(SHOTS), help="default: all of them")
-    parser.add_argument("--out", type=Path, help="folder; default that of the page in docs")
+    parser.add_argument("--out", type=Path, default=DOCS, help="folder; default docs")
     options = parser.parse_args()
     for name in options.scenes:
-        folder = options.out or DOCS / SHOTS[name].page
+        folder = options.out / SHOTS[name].page
         folder.mkdir(parents=True, exist_ok=True)
         image = io.BytesIO()
         with matplotlib.rc_context(RC):

@@ -9,6 +9,8 @@ from soft_sim_ros.scene.actuator import (
 )
 from soft_sim_ros.scene.attachment import BASE, Attachment, Forest
 from soft_sim_ros.scene.body import Body, FlexibleLink, RigidBody, Rod
+from soft_sim_ros.scene.contact import BodyContact, ContactLaw, Friction
+from soft_sim_ros.scene.environment import Shape, Solid
 from soft_sim_ros.scene.initial import Initial
 from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.law import Curve, Rivlin, register_law
@@ -24,11 +26,12 @@ from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 
 __all__ = [
-    "BASE", "BASES", "INTEGRATORS", "STRAINS",
-    "Actuator", "Attachment", "Basis", "Body", "ChamberActuator", "Curve", "DistributedLoad",
-    "FlexibleLink", "Forest", "Free", "Initial", "InputLoad", "Joint", "JointActuator", "Load",
+    "BASE", "BASES", "INTEGRATORS", "STRAINS", "Actuator", "Attachment", "Basis", "Body",
+    "BodyContact", "ChamberActuator", "ContactLaw", "Curve", "DistributedLoad", "FlexibleLink",
+    "Forest", "Free", "Friction", "Initial", "InputLoad", "Joint", "JointActuator", "Load",
     "Material", "Maxwell", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference",
-    "RigidBody", "Rivlin", "Rod", "Scene", "Schedule", "Section", "SectionSummary",
+    "RigidBody", "Rivlin", "Rod", "Scene", "Schedule", "Section", "SectionSummary", "Shape",
+    "Solid",
     "TendonActuator", "load_scene", "packaged_scenes", "parse_scene", "register_law",
     "register_profile", "summary", "total_mass",
 ]  # fmt: skip

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from soft_sim_ros.scene.contact import BodyContact, read_body_contact
+from soft_sim_ros.scene.environment import Solid, read_solid
 from soft_sim_ros.scene.fluid import BodyFluid, RodFluid
 from soft_sim_ros.scene.interval import NONNEGATIVE, POSITIVE, Interval
 from soft_sim_ros.scene.joint import Joint, read_joint
@@ -37,6 +39,7 @@ class Rod:
     sections: tuple[Section, ...]
     model: RodModel = COSSERAT
     fluid: RodFluid = field(default_factory=RodFluid)
+    contact: BodyContact = BodyContact()  # noqa: RUF009 - it is immutable
 
     @property
     def length(self) -> float:
@@ -97,7 +100,8 @@ class RigidBody:
 
     mass in kg; inertia (3,) principal moments in kg·m² about the centre of mass, along the axes
     of the frame ``com`` (whose origin is the centre of mass). attached: of a payload, which can be
-    attached and dropped while the arm moves, whether it is there at first; None: it always is.
+    attached and dropped while the arm moves, whether it is there at first; None: it always is;
+    shape: what it touches with.
     """
 
     name: str
@@ -106,6 +110,8 @@ class RigidBody:
     com: Pose = IDENTITY
     attached: bool | None = None
     fluid: BodyFluid | None = None
+    shape: Solid | None = None
+    contact: BodyContact = BodyContact()  # noqa: RUF009 - it is immutable
 
 
 Body = Rod | FlexibleLink | Joint | RigidBody
@@ -120,7 +126,7 @@ def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> list[B
         name = reader.name(kind, taken=taken)
         taken.add(name)
         if kind == "rod":
-            reader.only("rod", "parent", "model", "strains", "sections", "fluid")
+            reader.only("rod", "parent", "model", "strains", "sections", "fluid", "contact")
             rod = _read_rod(reader, name, materials)
             bodies.append(replace(rod, fluid=read_rod_fluid(reader, ends=True)))
         elif kind == "flexible_link":
@@ -128,7 +134,7 @@ def read_bodies(entries: list[Reader], materials: dict[str, Material]) -> list[B
         elif kind == "joint":
             bodies.append(read_joint(reader, name))
         else:
-            bodies.append(_read_rigid_body(reader, name))
+            bodies.append(_read_rigid_body(reader, name, materials))
     return bodies
 
 
@@ -139,7 +145,8 @@ def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
     for entry in reader.entries("sections", required=True):
         taken = {section.name for section in sections}
         sections.append(read_section(entry, materials, model, strains, taken))
-    rod = Rod(name, strains, tuple(sections), model)
+    contact = read_body_contact(reader, materials)
+    rod = Rod(name, strains, tuple(sections), model, contact=contact)
     if not np.isfinite(rod.length):
         reader.refuse("sections of a finite length together", "sections")
     return rod
@@ -148,6 +155,7 @@ def _read_rod(reader: Reader, name: str, materials: dict[str, Material]) -> Rod:
 def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material]) -> FlexibleLink:
     reader.only(
         "flexible_link",
+        "contact",
         "parent",
         "strains",
         "sections",
@@ -188,8 +196,10 @@ def _read_flexible_link(reader: Reader, name: str, materials: dict[str, Material
     )
 
 
-def _read_rigid_body(reader: Reader, name: str) -> RigidBody:
-    reader.only("rigid_body", "parent", "mass", "inertia", "com", "attached", "fluid")
+def _read_rigid_body(reader: Reader, name: str, materials: dict[str, Material]) -> RigidBody:
+    reader.only(
+        "rigid_body", "parent", "mass", "inertia", "com", "attached", "fluid", "shape", "contact"
+    )
     mass = reader.number("mass", POSITIVE)
     inertia = reader.vector("inertia", 3, NONNEGATIVE, default=(0, 0, 0))
     largest = float(inertia.max())
@@ -198,6 +208,9 @@ def _read_rigid_body(reader: Reader, name: str) -> RigidBody:
     attached = None
     if reader.has("attached"):
         attached = reader.choice("attached", ("true", "false")) == "true"
-        reader.no_effect("fluid", "a payload comes and goes without the fluid around it")
+        for key in ("fluid", "shape"):
+            reader.no_effect(key, "a payload comes and goes: it has mass and nothing else")
     com = read_pose(reader.mapping("com"))
-    return RigidBody(name, mass, inertia, com, attached, read_body_fluid(reader, com))
+    fluid, shape = read_body_fluid(reader, com), read_solid(reader)
+    touch = read_body_contact(reader, materials)
+    return RigidBody(name, mass, inertia, com, attached, fluid, shape, touch)

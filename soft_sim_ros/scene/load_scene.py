@@ -14,9 +14,11 @@ from soft_sim_ros.paths import config_directory
 from soft_sim_ros.scene.actuator import Actuator, read_actuators
 from soft_sim_ros.scene.attachment import Attachment, Forest
 from soft_sim_ros.scene.body import Body, RigidBody, read_bodies
+from soft_sim_ros.scene.contact import ContactLaw, read_contact
 from soft_sim_ros.scene.document import MOST_TEXT, Document
 from soft_sim_ros.scene.driven import Commanded
 from soft_sim_ros.scene.edit import with_numbers
+from soft_sim_ros.scene.environment import Shape, read_environment
 from soft_sim_ros.scene.fluid import Fluid
 from soft_sim_ros.scene.initial import Initial, read_initial
 from soft_sim_ros.scene.joint import Joint
@@ -40,7 +42,8 @@ class Scene:
     gravity (3,) in m/s², world frame; base: pose of the base frame in the world frame; bodies: the
     forest, depth first from the base (attachment.py); attachments: by name of a body, where it is
     attached if that is not the end of the body before it; source: the YAML text, tables from other
-    files put in; file: where it came from; fluid: what surrounds all bodies, if anything does.
+    files put in; file: where it came from; fluid: what surrounds all bodies, if anything does;
+    environment: shapes that bodies can touch; contact: what all contacts have in common.
     """
 
     name: str
@@ -55,6 +58,8 @@ class Scene:
     source: str
     file: str
     fluid: Fluid | None = None
+    environment: tuple[Shape, ...] = ()
+    contact: ContactLaw = ContactLaw()  # noqa: RUF009 - it is immutable
 
     @property
     def scheduled_loads(self) -> tuple[PointLoad | DistributedLoad, ...]:
@@ -169,6 +174,8 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         "initial",
         "numerics",
         "fluid",
+        "environment",
+        "contact",
     )
     name = reader.name("name", default=_name_of(file))
     gravity = reader.vector("gravity", 3, default=GRAVITY)
@@ -192,6 +199,10 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         source=document.source,
         file=file,
         fluid=fluid,
+        environment=read_environment(
+            reader.entries("environment"), materials, tuple(body.name for body in bodies)
+        ),
+        contact=read_contact(reader.mapping("contact"), materials),
     )
 
 

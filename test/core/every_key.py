@@ -420,3 +420,60 @@ DOCUMENTS["string"] = {
     ],
     "numerics": {"step": 0.002, "integrator": "sdirk4"},
 }
+LAW = {
+    "stiffness": 1e5,
+    "onset": 1e-4,
+    "dissipation": 0.5,
+    "friction": {"static": 0.6, "kinetic": 0.5, "across": 0.4},
+    "tangential_stiffness": 2e5,
+    "tangential_time": 1e-3,
+}
+AWAY = {"position": [0.2, 0.1, -0.3]}
+LINE = {"from": [0.1, 0.0, -0.4], "to": [0.3, 0.1, -0.4], "radius": 0.05}
+DOCUMENTS["touching"] = {
+    "materials": {"soft": SOFT, "stone": SOFT | {"young_modulus": 1e9}},
+    "gravity": [0, 0, -9.81],
+    "contact": {"friction": 0.3},
+    "environment": [
+        {"plane": "floor", "position": [0.0, 0.0, -0.05], "normal": [0.1, 0.0, 1.0]},
+        {"sphere": "post", "radius": 0.1, "contact": LAW} | AWAY,
+        {"capsule": "bar", "bodies": ["r", "ball"], "overlap": False} | LINE,
+        {"cylinder": "drum", "contact": {"material": "stone"}} | LINE,
+        {"box": "step", "size": [0.1, 0.2, 0.1], "rpy": [0.1, 0.2, 0.3]} | AWAY,
+        {"ellipsoid": "egg", "semi_axes": [0.1, 0.08, 0.05], "rpy": [0.1, 0.2, 0.3]} | AWAY,
+        {"sphere": "room", "radius": 3.0, "inside": True},
+    ],
+    "bodies": [
+        rod("r"),
+        {
+            "rigid_body": "ball",
+            "mass": 0.1,
+            "shape": {"kind": "sphere", "radius": 0.03, "position": [0.03, 0.0, 0.0]},
+            "contact": {"material": "stone"},
+        },
+        {
+            "rigid_body": "stick",
+            "mass": 0.1,
+            "shape": {
+                "kind": "capsule",
+                "from": [0.0, 0.0, 0.0],
+                "to": [0.05, 0.0, 0.0],
+                "radius": 0.02,
+            },
+            "contact": LAW,
+        },
+        {
+            "rigid_body": "brick",
+            "mass": 0.1,
+            "shape": {
+                "kind": "box",
+                "size": [0.03, 0.02, 0.02],
+                "position": [0.02, 0.0, 0.0],
+                "rpy": [0.1, 0.0, 0.0],
+                "rounding": 0.002,
+            },
+            "contact": LAW,
+        },
+    ],
+    "numerics": NUMERICS,
+}

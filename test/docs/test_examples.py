@@ -11,6 +11,7 @@ from soft_sim_ros.__main__ import main
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = (
+    "contact",
     "forest",
     "fluid",
     "state",

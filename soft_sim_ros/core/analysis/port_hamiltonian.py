@@ -18,6 +18,7 @@ from soft_sim_ros.core.mechanics.history import (
     refuse_branches,
     refuse_custom,
     refuse_driven,
+    refuse_environment,
     refuse_fluid,
     refuse_tendons,
 )
@@ -48,6 +49,7 @@ class PortHamiltonian:
         refuse_driven(self.dynamics.compiled.scene, FORM)
         refuse_custom(self.dynamics.compiled.scene, FORM)
         refuse_fluid(self.dynamics.compiled.scene, FORM)
+        refuse_environment(self.dynamics.compiled.scene, FORM)
         refuse_tendons(self.dynamics.compiled.scene, FORM)
         self._zero = np.zeros(self.n)
 

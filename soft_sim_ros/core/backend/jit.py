@@ -177,6 +177,24 @@ def call_slopes(context, where, p, rotation, position, omega, velocity, time, by
 
 
 @_intrinsic
+def call_contact(context, where, model, data):
+    """Call contact_wrenches(model, data) by address (contact/force.py)."""
+    return _call(numba.types.none, where, (model, data))
+
+
+@_intrinsic
+def call_contact_matrices(context, where, model, data, node, out):
+    """Call contact_matrices(model, data, node, out) by address."""
+    return _call(numba.types.none, where, (model, data, node, out))
+
+
+@_intrinsic
+def call_contact_energy(context, where, model, data):
+    """Call contact_energy(model, data) by address."""
+    return _call(numba.types.float64, where, (model, data))
+
+
+@_intrinsic
 def call_uphold(context, where, model, data, work, h, q, v):
     """Call uphold(model, data, work, h, q, v) by address."""
     return _call(numba.types.boolean, where, (model, data, work, h, q, v))

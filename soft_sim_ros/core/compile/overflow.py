@@ -39,6 +39,9 @@ SOURCES = {
     "viscous": ("a drag", "fluid"),
     "lift": ("a lift", "fluid"),
     "end": ("the pressure on an end", "fluid"),
+    "law": ("the law of a contact", "contact"),
+    "bound": ("the size of a shape", "environment"),
+    "centre": ("the place of a shape", "environment"),
 }
 
 
@@ -50,7 +53,7 @@ def refuse_overflow(scene: Scene, model: Model, loads: Loads) -> None:
     SceneError
         which names the quantity that is not finite
     """
-    for part in (model, model.fibres, model.fluid, loads):
+    for part in (model, model.fibres, model.fluid, model.contact, loads):
         for name, array in part._asdict().items():
             if name not in SOURCES or np.isfinite(array).all():
                 continue

@@ -32,6 +32,7 @@ from soft_sim_ros.scene import (
 from soft_sim_ros.scene.custom_load import CustomLoad
 
 from .chain import Branch, Chain
+from .contact import flat_contact
 from .custom import flat_custom
 from .drives import refuse_undriven
 from .fingerprint import fingerprint, sums
@@ -171,7 +172,8 @@ def _of_other_materials(scene: Scene, like: Compiled) -> Compiled:
     """Return the model of a scene that differs from another one in the materials of rods."""
     chain = build_chain(scene, SameShape(like.chain))
     fibres = like.model.fibres if same_laws(scene, like.scene) else None
-    model = like.model._replace(**of_materials(chain, like.model.seg_block, fibres))
+    changed = of_materials(chain, like.model.seg_block, fibres)
+    model = like.model._replace(**changed, contact=flat_contact(scene, chain))
     return replace(like, scene=scene, chain=chain, model=model)
 
 
@@ -286,5 +288,6 @@ def _flatten(scene: Scene, chain: Chain) -> Model:
         custom=flat_custom(scene, chain),
         driven=ints(chain.driven).reshape(-1, 2),
         fluid=flat_fluid(scene, chain),
+        contact=flat_contact(scene, chain),
         space=Spatial(),
     )

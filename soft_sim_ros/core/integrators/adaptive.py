@@ -23,6 +23,13 @@ from soft_sim_ros.core.terms.forcing import (
     next_switch,
     switches_at,
 )
+from soft_sim_ros.core.terms.touch import (
+    adopt,
+    begin_stage,
+    between,
+    end_stage,
+    explicit_stage,
+)
 
 from .newton import CONVERGED, TOO_FAR, TOO_ROUGH
 from .problem import (
@@ -71,6 +78,8 @@ def adaptive_step(problem, t, h):
             span[QN, i], span[VN, i] = state.q[i], state.v[i]
         booked[END, DISSIPATED] = state.ledger[DISSIPATED]
         booked[END, LOAD_WORK] = state.ledger[LOAD_WORK]
+        if len(problem.model.contact.node) > 0:
+            problem.data.touch.ends[1] = problem.data.touch.bristle[0]
         work.restart[0] = 0
     anchor = t - clock[SINCE] * h
     target = (clock[SINCE] + 1.0) * h
@@ -79,6 +88,11 @@ def adaptive_step(problem, t, h):
         if status != CONVERGED:
             return status
     interpolate(work, state, target)
+    if len(problem.model.contact.node) > 0:
+        if problem.data.touch.alive[0] != 0:
+            between(problem.data.touch, (target - clock[BEGIN]) / clock[LENGTH])
+        else:
+            problem.data.touch.bristle[:] = 0.0
     if len(problem.model.driven) > 0:
         bring(problem.loads.drives, problem.data.live.course, t + h, state.q, state.v)
     clock[SINCE] += 1.0
@@ -132,6 +146,11 @@ def next_step(problem, anchor, h):
         clock[ERROR] = error
         if first:
             clock[FRESH] = clock[NEXT]
+        regripped = False
+        if len(model.contact.node) > 0:
+            # both tableaux end with their last stage
+            last = (len(method.starter_embedded) if first else len(method.embedded)) - 1
+            regripped = adopt(data.touch, last)
         clock[BEGIN], clock[LENGTH], clock[FIRST] = begin, length, 1.0 if first else 0.0
         for i in range(n):
             span[Q0, i], span[V0, i], span[A0, i] = span[QN, i], span[VN, i], span[A1, i]
@@ -140,6 +159,8 @@ def next_step(problem, anchor, h):
         for c in range(4):
             booked[START, c], booked[END, c] = booked[END, c], booked[TRIAL, c]
         clock[JUMPED] = 1.0 if switches_at(problem.loads, here + length, length) else 0.0
+        if regripped:  # friction jumps
+            clock[JUMPED] = 1.0
         # a change of chart does not affect the polynomial of the present step
         if uphold != 0 and call_uphold(uphold, model, data, work, length, span[QN], span[VN]):
             clock[JUMPED] = 1.0
@@ -170,6 +191,8 @@ def attempt(problem, t, h, first):
             for c in range(n):
                 stage_v[i, c], stage_a[i, c] = v[c], span[A1, c]
             lost, power = booked[END, LOST], booked[END, POWER]
+            if len(model.contact.node) > 0:
+                explicit_stage(data.touch)
         else:
             for c in range(n):
                 x, u = q[c], v[c]
@@ -181,9 +204,13 @@ def attempt(problem, t, h, first):
             now = inside(t, h, tableau[i, stages])
             apply_loads(loads, held.tip, held.follows[0] != 0, now, 1.0, data)
             guess(work, tableau, i, h, first)
+            if len(model.contact.node) > 0:
+                begin_stage(data.touch, data.touch.ends, 1, tableau, i, h)
             status = call_stage(problem.calls[STAGE], problem, diagonal * diagonal, diagonal, goal)
             if status != CONVERGED:
                 return status, 0.0
+            if len(model.contact.node) > 0:
+                end_stage(data.touch, i, diagonal)
             for c in range(n):
                 stage_v[i, c], stage_a[i, c] = work.v[c], work.a[c]
             lost, power = damping_power(model, data, work.v), load_power(model, data)

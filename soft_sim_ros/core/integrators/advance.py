@@ -6,6 +6,7 @@ Switching times of loads are hit exactly, and steps that fail are tried again in
 from soft_sim_ros.core.backend.jit import call_step, call_uphold, kernel, unit
 from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.core.terms.forcing import next_switch, switches_at
+from soft_sim_ros.core.terms.touch import BEFORE, SAVED, keep_back, put_back
 
 from .newton import CONVERGED, TOO_FAR
 from .problem import ADAPTIVE, DISSIPATED, EVALUATIONS, LOAD_WORK, REFUSED, STEP, UPHOLD, Q, V
@@ -41,6 +42,9 @@ def fixed_step(problem, t, h):
     for i in range(n):
         work.saved[Q, i], work.saved[V, i] = q[i], v[i]
     saved = (ledger[DISSIPATED], ledger[LOAD_WORK])
+    touching = len(model.contact.node) > 0
+    if touching:
+        keep_back(data.touch, SAVED)
     done, size, halvings, pieces = 0.0, h, 0, 0
     while done < h * (1.0 - 1e-9):
         pieces += 1
@@ -48,6 +52,8 @@ def fixed_step(problem, t, h):
         for i in range(n):
             work.before[Q, i], work.before[V, i] = q[i], v[i]
         booked = (ledger[DISSIPATED], ledger[LOAD_WORK])
+        if touching:
+            keep_back(data.touch, BEFORE)
         if uphold != 0:
             call_uphold(uphold, model, data, work, 0.0, q, v)
         until = next_switch(loads, here, h - done)
@@ -72,6 +78,8 @@ def fixed_step(problem, t, h):
         for i in range(n):
             q[i], v[i], work.a[i] = work.before[Q, i], work.before[V, i], 0.0
         ledger[DISSIPATED], ledger[LOAD_WORK] = booked
+        if touching:
+            put_back(data.touch, BEFORE)
         work.counters[REFUSED] += 1
         work.restart[0] = 1
         halvings += 1
@@ -80,6 +88,8 @@ def fixed_step(problem, t, h):
             for i in range(n):
                 q[i], v[i] = work.saved[Q, i], work.saved[V, i]
             ledger[DISSIPATED], ledger[LOAD_WORK] = saved
+            if touching:
+                put_back(data.touch, SAVED)
             return status
     return CONVERGED
 

@@ -2,6 +2,7 @@
 
 from soft_sim_ros.core.backend.jit import call_stage, unit
 from soft_sim_ros.core.terms.forcing import apply_loads, damping_power, inside, load_power
+from soft_sim_ros.core.terms.touch import begin_stage, end_stage, take_over
 
 from .newton import CONVERGED
 from .predictor import judge, predict, remember
@@ -39,9 +40,13 @@ def dirk_step(problem, t, h):
         else:
             share = first / (1.0 - first) if stages > 1 else 1.0
         predict(work, i, h, share)
+        if len(model.contact.node) > 0:
+            begin_stage(data.touch, data.touch.bristle, 0, tableau, i, h)
         status = call_stage(calls[STAGE], problem, diagonal * diagonal, diagonal, goal)
         if status != CONVERGED:
             return status
+        if len(model.contact.node) > 0:
+            end_stage(data.touch, i, diagonal)
         judge(model, work, i)
         for c in range(n):
             work.stage_v[i, c] = work.v[c]
@@ -53,6 +58,8 @@ def dirk_step(problem, t, h):
         for i in range(stages):
             q[c] += h * tableau[stages, i] * work.stage_v[i, c]
             v[c] += h * tableau[stages, i] * work.stage_a[i, c]
+    if len(model.contact.node) > 0:
+        take_over(data.touch, data.touch.bristle, 0)
     remember(work, h)
     state.ledger[DISSIPATED] += dissipated
     state.ledger[LOAD_WORK] += worked

@@ -19,6 +19,7 @@ from .problem import (
     FACTORISATIONS,
     ITERATIONS,
     NO_FACTORS,
+    PATTERN,
     RESIDUAL,
     TANGENT,
     Problem,
@@ -46,6 +47,8 @@ SLOW = 0.2
 # A measured contraction is trusted a little less every time it is used without being measured
 # again, and never assumed better than FASTEST: the slowest component may not have shown yet.
 AGEING, FASTEST = 1.1, 0.03
+# A last correction that is smaller, over the goal, does not bend a bristle.
+SETTLED = 1e-3
 
 
 @unit
@@ -90,6 +93,9 @@ def solve_stage(problem, cq, cv, goal):
     calls = problem.calls
     n = len(work.a)
     driven = len(model.driven) > 0
+    touching = len(model.contact.node) > 0
+    if touching:
+        data.touch.mode[0] = cv
     stale = work.key[CQ] != cq or work.key[CV] != cv
     before = 0.0
     refreshed = -1
@@ -105,6 +111,8 @@ def solve_stage(problem, cq, cv, goal):
         if driven:
             leave_out(model, work.residual)
         work.counters[EVALUATIONS] += 1
+        if touching:
+            stale = stale or data.touch.pattern[0] != work.key[PATTERN]
         if stale:
             call_tangent(calls[TANGENT], model, data, (cq, cv, 1.0), work.system)
             branch_tangent(model, cq, cv, work.system)
@@ -112,6 +120,8 @@ def solve_stage(problem, cq, cv, goal):
                 hold_still(model, work.system)
             work.counters[FACTORISATIONS] += 1
             work.key[CQ], work.key[CV] = cq, cv
+            if touching:
+                work.key[PATTERN] = data.touch.pattern[0]
             work.rate[0] = 1.0
             if not factor(model, work.system):
                 work.key[CQ] = NO_FACTORS
@@ -149,6 +159,9 @@ def solve_stage(problem, cq, cv, goal):
                 call_residual(calls[0], model, data, work.q, work.v, work.a, work.residual)
                 branch_forces(model, work.v, work.residual)
                 note_forces(model, data, work.residual)
+            elif touching and data.touch.pattern[0] != 0.0 and size > SETTLED * goal:
+                # bristles as of where Newton's method has come to
+                call_residual(calls[RESIDUAL], model, data, work.q, work.v, work.a, work.residual)
             return admissible(model, data)
         if iteration > 0 and rate > SLOW:
             if refreshed >= 0 and iteration > refreshed + 2 and rate > 2.0:

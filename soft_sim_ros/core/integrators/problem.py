@@ -21,6 +21,8 @@ DISSIPATED, LOAD_WORK = 0, 1
 KINETIC, ELASTIC, GRAVITY, ACTUATOR_WORK, REFERENCE, BOOKED = 0, 1, 2, 3, 4, 5
 # Work.key: ∂q/∂a and ∂v/∂a
 CQ, CV = 0, 1
+# and, where there is contact, what touched: Touch.pattern
+PATTERN = 2
 # Work.measure
 CORRECTION, TIME_ERROR = 0, 1
 # Work.age
@@ -84,7 +86,7 @@ class Work(NamedTuple):
     """Scratch of a solver for n coordinates and s stages."""
 
     system: System  # factors of the Newton matrix
-    key: Floats  # (2,) the (CQ, CV) it was made for; CQ < 0: no factors
+    key: Floats  # (2,) the (CQ, CV) it was made for; CQ < 0: no factors; with contact a PATTERN
     rate: Floats  # (1,) contraction of Newton's method seen with these factors, 1: unknown
     residual: Floats  # (n,)
     zero: Floats  # (n,) zeros, the rates of a state at rest
@@ -143,7 +145,7 @@ def new_work(model: Model, stages: int) -> Work:
     vectors = ("residual", "zero", "start_q", "start_v", "q", "v", "a")
     work = Work(
         system=new_system(model),
-        key=np.zeros(2),
+        key=np.zeros(3 if len(model.contact.node) else 2),
         rate=np.zeros(1),
         momentum=np.zeros((len(model.free) + 1, 10)),
         guesses=np.zeros((2, n)),

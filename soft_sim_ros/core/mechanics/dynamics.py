@@ -12,6 +12,7 @@ import numpy as np
 
 from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.model.contact import PRESENT
 from soft_sim_ros.core.recursion.columns import node_jacobians
 from soft_sim_ros.core.recursion.elimination import dense, new_system
 from soft_sim_ros.core.recursion.momentum import momentum
@@ -138,8 +139,11 @@ class Dynamics(Ports):
         data = self.forcing()
         data.active[:] = 0
         data.now[1] = 0.0  # no custom loads, no current
+        data.touch.mode[PRESENT:] = 0.0
         data.effort[self.model.length_control[:, 0] != 0.0] = -np.inf  # slack
-        return self.residual(q, self._zero, self._zero, data) - self.elastic_force(q)
+        out = self.residual(q, self._zero, self._zero, data) - self.elastic_force(q)
+        data.touch.mode[PRESENT:] = 1.0
+        return out
 
     def energies(
         self, q: Floats, v: Floats, efforts: Floats | None = None

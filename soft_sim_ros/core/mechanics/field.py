@@ -27,7 +27,13 @@ from soft_sim_ros.scene.tendon import Routed
 
 from .dynamics import Dynamics
 from .fluid import densities
-from .history import materials, refuse_branches, refuse_custom, refuse_tendons
+from .history import (
+    materials,
+    refuse_branches,
+    refuse_custom,
+    refuse_environment,
+    refuse_tendons,
+)
 
 FORM = "the field equations"
 
@@ -284,6 +290,7 @@ def _check(scene: Scene) -> None:
     refuse_branches(scene, FORM)
     refuse_tendons(scene, FORM)
     refuse_custom(scene, FORM)
+    refuse_environment(scene, FORM)
     for material in materials(scene):
         if material.law is not None:
             value = type(material.law).__name__

@@ -56,3 +56,11 @@ def refuse_tendons(scene: Scene, form: str) -> None:
         if actuator.friction:
             key, value = f"actuators[{i}].friction", actuator.friction
             raise SceneError(scene.file, key, value, f"0 in {form}")
+
+
+def refuse_environment(scene: Scene, form: str) -> None:
+    """Refuse shapes that bodies can touch."""
+    if scene.environment:
+        shape = scene.environment[0]
+        key = f"environment[0].{shape.kind}"
+        raise SceneError(scene.file, key, shape.name, f"no environment in {form}")

@@ -20,9 +20,12 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_sim_ros.core.algebra.motion_space import PlaneXY, PlaneXZ, Space, Spatial
+from soft_sim_ros.core.backend import late
 from soft_sim_ros.core.backend.laws import addresses
 from soft_sim_ros.core.backend.structs import struct
 from soft_sim_ros.core.floats import Floats, Ints
+
+from .contact import Contact, Touch, new_touch, within
 
 
 @struct
@@ -129,6 +132,7 @@ class Model(NamedTuple):
     custom: Custom
     driven: Ints  # (D, 2) coordinates that are told what to do, and their blocks
     fluid: Wetted
+    contact: Contact  # with the shapes of the environment
     space: Space = Spatial()
 
 
@@ -149,7 +153,8 @@ def in_its_plane(model: Model) -> Model:
     for space in (PlaneXY(), PlaneXZ()):
         out = [c for c in range(6) if c not in space.components]
         if not np.isin(model.entry_comp, out).any() and not model.xi0[:, :, out].any():
-            return model._replace(space=space)
+            contact = within(model.contact, space)
+            return model if contact is None else model._replace(space=space, contact=contact)
     return model
 
 
@@ -203,6 +208,7 @@ class Data(NamedTuple):
     current: Floats  # (3, 4) velocity and acceleration of the fluid along world axes
     fluid_power: Floats  # (P, 2) work and loss in W of the fluid at its places, at the last sweep
     live: Live
+    touch: Touch
 
 
 def new_data(model: Model, pushes: int = 0) -> Data:
@@ -236,7 +242,10 @@ def new_data(model: Model, pushes: int = 0) -> Data:
         current=np.zeros((3, 4)),
         fluid_power=np.zeros((len(model.fluid.node), 2)),
         live=new_live(pushes, len(model.driven)),
+        touch=new_touch(model.contact),
     )
+    if len(model.contact.node):
+        data.touch.call[:] = late.addresses("contact", model, data)
     data.rotation[0, [0, 4, 8]] = 1.0
     return data
 

@@ -96,7 +96,7 @@ def spatial_inertia(model, data, first, last, out):
 @kernel
 def loaded(model, data, first, last):
     """Return whether a load acts on nodes ``first`` … ``last`` − 1, as of the step's last stage."""
-    if len(data.laws) > 0:
+    if len(data.laws) > 0 or len(data.touch.near) > 0:
         return True
     if len(model.fluid.node) > 0 and model.fluid.ptr[last] > model.fluid.ptr[first]:
         return True

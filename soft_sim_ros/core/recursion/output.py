@@ -16,7 +16,7 @@ from soft_sim_ros.core.algebra.dual import (
     store_twist,
 )
 from soft_sim_ros.core.algebra.rotation import exp_translation, rotation_exp, stumpff
-from soft_sim_ros.core.backend.jit import bare, kernel, unit
+from soft_sim_ros.core.backend.jit import bare, call_contact_energy, kernel, unit
 from soft_sim_ros.core.terms.actuators import port_motion, tendon_energy
 from soft_sim_ros.core.terms.fibres import fibre_energy
 from soft_sim_ros.core.terms.fluid import fluid_energies
@@ -51,6 +51,8 @@ def energies(model, data, q, v, zero):
             elastic += 0.5 * q[i] * model.stiffness[e] * q[model.law_col[e]]
     elastic += fibre_energy(model.fibres, data.section, q) + branch_energy(model, q)
     elastic += tendon_energy(model, data)
+    if len(model.contact.node) > 0:
+        elastic += call_contact_energy(data.touch.call[2], model, data)
     return kinetic, elastic, weight
 
 

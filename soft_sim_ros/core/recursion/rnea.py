@@ -42,7 +42,7 @@ from soft_sim_ros.core.algebra.spaces import (
     twist_of,
     wrench_of,
 )
-from soft_sim_ros.core.backend.jit import algebra, bare, kernel, unit
+from soft_sim_ros.core.backend.jit import algebra, bare, call_contact, kernel, unit
 from soft_sim_ros.core.terms.actuators import actuation
 from soft_sim_ros.core.terms.custom import custom_wrenches
 from soft_sim_ros.core.terms.fibres import fibre_forces
@@ -237,6 +237,8 @@ def project(model, data, r):
         custom_wrenches(model, data)
     if len(model.fluid.node) > 0:
         fluid_wrenches(model, data)
+    if len(model.contact.node) > 0:
+        call_contact(data.touch.call[0], model, data)
     carry_wrenches(model, data)
     dual_forces(model, data)
     for k in range(len(model.half)):
@@ -265,7 +267,8 @@ def inverse_dynamics(model, data, q, v, a, r):
         r[i] = 0.0
     strains(model, data, q, v, a)
     kinematics(model, data)
-    if data.active[0] != 0 or len(model.custom.node) > 0 or len(model.fluid.node) > 0:
+    placed = len(model.custom.node) > 0 or len(model.fluid.node) > 0 or len(model.contact.node) > 0
+    if data.active[0] != 0 or placed:
         place(model, data)
     project(model, data, r)
     internal_forces(model, q, v, r)

@@ -26,7 +26,7 @@ from soft_sim_ros.core.algebra.products import (
 )
 from soft_sim_ros.core.algebra.simd import WIDTH, fused, keep_one, lane, lanes_from, one
 from soft_sim_ros.core.algebra.spaces import polar_of, rotation_of, size_of, wrench_of
-from soft_sim_ros.core.backend.jit import algebra, kernel, unit
+from soft_sim_ros.core.backend.jit import algebra, call_contact_matrices, kernel, unit
 from soft_sim_ros.core.terms.actuators import actuator_tangent
 from soft_sim_ros.core.terms.custom import custom_matrices
 from soft_sim_ros.core.terms.fibres import fibre_tangent
@@ -92,6 +92,10 @@ def four_segments(model, data, alpha, k, count, pieces):
         for i in range(min(WIDTH, count - k)):
             if model.fluid.ptr[k + i + 2] > model.fluid.ptr[k + i + 1]:
                 fluid_matrices(model, data, k + i + 1, nodes[i])
+    if len(model.contact.node) > 0:
+        for i in range(min(WIDTH, count - k)):
+            if model.contact.ptr[k + i + 2] > model.contact.ptr[k + i + 1]:
+                call_contact_matrices(data.touch.call[1], model, data, k + i + 1, nodes[i])
     if model.entry_ptr[min(k + WIDTH, count)] > model.entry_ptr[k]:
         c = segment_stumpff(model, data, rows, series)
         pose_derivatives(model, data, rows, beyond, c, columns, here)

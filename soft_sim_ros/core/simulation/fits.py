@@ -10,6 +10,7 @@ from soft_sim_ros.core.integrators.adaptive import BEGIN, LENGTH, SINCE
 from soft_sim_ros.core.integrators.problem import CQ, KNOWN, Problem
 from soft_sim_ros.errors import StateError
 
+from .bristles import held_bristles
 from .mark import ModelMark
 from .memory import ARRAYS, EXCHANGED, SolverMemory, factors_of
 from .state import SimulationState
@@ -47,6 +48,7 @@ def refuse_misfit(
         **{"pushes": live.push.shape, "pushes_follow": live.follows.shape},
         "courses": live.course.shape,
         "attached": (payloads,),
+        "bristles": (sum(part.size for part in held_bristles(problem.data)),),
         **dict.fromkeys(("dissipated", "load_work", "actuator_work", "reference"), ()),
     }
     for key, shape in shapes.items():

@@ -9,12 +9,14 @@ from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.analysis.statics import equilibrium
 from soft_sim_ros.core.compile.element import EXTRA, Element
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.contacts import ContactReader
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.quadrature import gauss
 from soft_sim_ros.errors import SceneError, StaticsFailed
 
 # Beyond this many coordinates the mass matrix is not looked at as a whole.
 MASS_CHECKED = 600
+DEEPEST = 0.05  # of the radius: bodies may begin deeper in a shape than they rest on it
 VANISHING = 1e-14  # the least eigenvalue of a mass matrix with ones on its diagonal
 
 
@@ -49,6 +51,7 @@ def initial_coordinates(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Fl
         for element in chain.rods[rod].elements:
             if element.section.name == section:
                 _impose(element, offset, q)
+    refuse_overlaps(dynamics, q)
     if initial.state == "equilibrium":
         # joints with a given position hold it: what is asked for is the shape around them
         try:
@@ -56,6 +59,34 @@ def initial_coordinates(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Fl
         except StaticsFailed as failure:
             raise _explained(dynamics, failure, given) from None
     return q, v
+
+
+def refuse_overlaps(dynamics: Dynamics, q: Floats) -> None:
+    """Refuse bodies that begin, at q (n,), in shapes that do not allow it.
+
+    Raises
+    ------
+    SceneError
+        which names the pair that overlaps most
+    """
+    if not len(dynamics.model.contact.node):
+        return
+    scene = dynamics.compiled.scene
+    allowed = {shape.name for shape in scene.environment if shape.overlap}
+    worst = None
+    for contact in ContactReader(dynamics.compiled).near(q, np.zeros(dynamics.n)):
+        if contact.shape in allowed or contact.gap >= -DEEPEST * contact.radius:
+            continue
+        if worst is None or contact.gap < worst.gap:
+            worst = contact
+    if worst is not None:
+        i = [shape.name for shape in scene.environment].index(worst.shape)
+        expected = (
+            f"a shape that does not overlap what begins beside it: {worst.body} is "
+            f"{-worst.gap:.3g} m in it at s = {worst.s:.4g} m (overlap: true allows it)"
+        )
+        kind = scene.environment[i].kind
+        raise SceneError(scene.file, f"environment[{i}].{kind}", worst.shape, expected)
 
 
 def _explained(

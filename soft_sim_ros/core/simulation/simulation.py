@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from soft_sim_ros.core.arguments import vector, whole
+from soft_sim_ros.core.arguments import number, vector, whole
 from soft_sim_ros.core.backend.copying import arrays_of
 from soft_sim_ros.core.backend.interrupts import next_pace, wholly
 from soft_sim_ros.core.compile.samples import at_node
@@ -24,6 +24,7 @@ from soft_sim_ros.core.integrators.problem import (
     TIME_ERROR,
     forget,
 )
+from soft_sim_ros.core.mechanics.contacts import Contact, ContactReader
 from soft_sim_ros.core.mechanics.sampler import Frames, Sampler
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.scene import Scene
@@ -86,6 +87,7 @@ class Simulation(Carrying):
         self.actuator_names = tuple(actuator.name for actuator in self.scene.actuators)
         self.length = compiled.length
         self._pace = 1
+        self._contacts: ContactReader | None = None
         self._own = frozenset(vars(self)) | {"_own", "_start"}
 
     def reset(self) -> None:
@@ -172,6 +174,19 @@ class Simulation(Carrying):
     def nbytes(self) -> int:
         """Memory in bytes of model, state and solver."""
         return sum(array.nbytes for array in arrays_of(self._problem))
+
+    def contacts(self, gap: float = 0.0) -> tuple[Contact, ...]:
+        """Return what touches now, or is not further apart than a gap in m, base to tip.
+
+        Empty for scenes without an environment. ``resultants`` sums them up by pairs.
+        """
+        if not len(self.model.contact.node):
+            return ()
+        if self._contacts is None:
+            self._contacts = ContactReader(self.compiled)
+        return self._contacts.near(
+            self.q, self.v, number("gap", gap), self._problem.data.touch.bristle
+        )
 
     def sampler(self, poses: int, backbone: str | None = None) -> Sampler:
         """Return a sampler of ``poses`` frames, equally spaced in arc length along a backbone.

@@ -41,11 +41,14 @@ class SimulationState(Value):
     reference : J, the energy that the ledger began with
     ports : (A,) port positions at the last change of an effort
     solver : what the solver remembers
+    bristles : (4 B,) of friction in contact, B numbers of all stations: deflections in m and what
+        they hold on to; at both ends of the present step of the adaptive method; their rates at
+        its end. (0,) without contact
 
     Notes
     -----
-    Friction of tendons is a function of shape, rates and tension (a regularised law), so it needs
-    no state of its own.
+    Friction in contact sticks, so it has a state (docs/contact.md). That of tendons is a function
+    of shape, rates and tension (a regularised law), and needs none.
     """
 
     model: ModelMark
@@ -66,6 +69,7 @@ class SimulationState(Value):
     reference: float
     ports: Floats
     solver: SolverMemory
+    bristles: Floats
 
     @property
     def scene(self) -> str:

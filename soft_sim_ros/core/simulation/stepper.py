@@ -31,6 +31,7 @@ from soft_sim_ros.core.model.model import new_data, new_live
 from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.errors import BadArgument, OtherModel
 
+from .bristles import held_bristles, recall_bristles
 from .fits import known_to_fit, note_fit, refuse_misfit
 from .initial import check_mass, initial_coordinates
 from .mark import ModelMark
@@ -140,6 +141,7 @@ class Stepper:
             reference=float(state.account[REFERENCE]),
             ports=state.settled,
             solver=SolverMemory.of(self._work),
+            bristles=np.concatenate([part.ravel() for part in held_bristles(self._problem.data)]),
         )
         return note_fit(now, self._mark)
 
@@ -182,9 +184,12 @@ class Stepper:
         mine.account[BOOKED], mine.account[REFERENCE] = state.actuator_work, state.reference
         mine.settled[:] = state.ports
         state.solver.recall(self._work)
+        recall_bristles(self._problem.data, state.bristles)
 
     def _begin(self, q: Floats, v: Floats) -> None:
         """Set coordinates and rates (n,); dashpots are where nothing pulls at them, and rest.
+
+        Bristles of friction are not deflected.
 
         Driven coordinates are where they are told to be now.
 
@@ -197,6 +202,7 @@ class Stepper:
             bring(self.compiled.loads.drives, course, self.time, self._q, self._v)
         self._q[n:], self._v[n:] = self._q[: len(self._q) - n], 0.0
         forget(self._work)
+        recall_bristles(self._problem.data, None)
         state = self._state
         state.ledger[:] = 0.0
         # the work of the efforts held so far: exact, since they were constant

@@ -8,6 +8,7 @@ from .driven import drive_power, known_motions
 from .fluid import fluid_loss, fluid_work
 from .mass_damping import mass_damping_power
 from .maxwell import branch_power
+from .touch import touch_power
 
 
 @unit
@@ -133,4 +134,6 @@ def damping_power(model, data, v):
         for e in range(model.law_ptr[i], model.law_ptr[i + 1]):
             total += v[i] * model.damping[e] * v[model.law_col[e]]
     total += fluid_loss(data)
+    if len(model.contact.node) > 0:
+        total += touch_power(data)
     return total + mass_damping_power(model, data) + branch_power(model, v)
