@@ -9,6 +9,7 @@ from soft_sim_ros.scene.actuator import (
 )
 from soft_sim_ros.scene.attachment import BASE, Attachment, Forest
 from soft_sim_ros.scene.body import Body, FlexibleLink, RigidBody, Rod
+from soft_sim_ros.scene.constraint import Constraint
 from soft_sim_ros.scene.initial import Initial
 from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.law import Curve, Rivlin, register_law
@@ -25,7 +26,8 @@ from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 
 __all__ = [
     "BASE", "BASES", "INTEGRATORS", "STRAINS",
-    "Actuator", "Attachment", "Basis", "Body", "ChamberActuator", "Curve", "DistributedLoad",
+    "Actuator", "Attachment", "Basis", "Body", "ChamberActuator", "Constraint", "Curve",
+    "DistributedLoad",
     "FlexibleLink", "Forest", "Free", "Initial", "Joint", "JointActuator", "Load", "Material",
     "Maxwell", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference", "RigidBody",
     "Rivlin", "Rod", "Scene",

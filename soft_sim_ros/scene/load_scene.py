@@ -14,6 +14,7 @@ from soft_sim_ros.paths import config_directory
 from soft_sim_ros.scene.actuator import Actuator, read_actuators
 from soft_sim_ros.scene.attachment import Attachment, Forest
 from soft_sim_ros.scene.body import Body, read_bodies
+from soft_sim_ros.scene.constraint import Constraint, read_constraints
 from soft_sim_ros.scene.custom_load import CustomLoad
 from soft_sim_ros.scene.document import MOST_TEXT, Document
 from soft_sim_ros.scene.edit import with_numbers
@@ -36,7 +37,8 @@ class Scene:
 
     gravity (3,) in m/s², world frame; base: pose of the base frame in the world frame; bodies: the
     forest, depth first from the base (attachment.py); attachments: by name of a body, where it is
-    attached if that is not the end of the body before it; source: the YAML text, tables from other
+    attached if that is not the end of the body before it; constraints: what holds frames at frames;
+    source: the YAML text, tables from other
     files put in; file: where it came from.
     """
 
@@ -51,6 +53,7 @@ class Scene:
     numerics: Numerics
     source: str
     file: str
+    constraints: tuple[Constraint, ...] = ()
 
     @property
     def scheduled_loads(self) -> tuple[PointLoad | DistributedLoad, ...]:
@@ -117,6 +120,7 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         "materials",
         "bodies",
         "actuators",
+        "constraints",
         "loads",
         "initial",
         "numerics",
@@ -140,6 +144,7 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         numerics=read_numerics(reader.mapping("numerics"), bodies),
         source=document.source,
         file=file,
+        constraints=read_constraints(reader.entries("constraints"), bodies),
     )
 
 

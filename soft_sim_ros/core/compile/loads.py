@@ -30,6 +30,7 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
         ptr.append(len(nodes))
     times = {t for load in loads for t in load.schedule.switch_times}
     times |= {t for course in courses(scene) for t in course.switches}
+    times |= {t for one in scene.constraints for t in one.switch_times}
     switches = sorted(times)
     return Loads(
         ptr=ints(ptr),

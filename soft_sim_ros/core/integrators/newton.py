@@ -2,7 +2,15 @@
 
 import math
 
-from soft_sim_ros.core.backend.jit import Call, call_residual, call_tangent, kernel, unit
+from soft_sim_ros.core.backend.jit import (
+    Call,
+    call_close,
+    call_residual,
+    call_tangent,
+    kernel,
+    unit,
+)
+from soft_sim_ros.core.recursion.closing import closed_dynamics
 from soft_sim_ros.core.recursion.elimination import factor, solve
 from soft_sim_ros.core.recursion.momentum import uphold
 from soft_sim_ros.core.recursion.rnea import inverse_dynamics
@@ -12,6 +20,7 @@ from soft_sim_ros.core.terms.fibres import lawful
 from soft_sim_ros.core.terms.maxwell import branch_forces, branch_tangent, relax
 
 from .problem import (
+    CLOSE,
     CORRECTION,
     CQ,
     CV,
@@ -25,7 +34,7 @@ from .problem import (
 )
 
 CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR, UNRESOLVED, INVERTED, TOO_FAR = 0, 1, 2, 3, 4, 5, 6
-LAWLESS, TOO_ROUGH, UNBALANCED = 7, 8, 9
+LAWLESS, TOO_ROUGH, UNBALANCED, UNMET = 7, 8, 9, 10
 # In words, for errors.
 REASONS = {
     1: "Newton's method does not converge, even with 1/4096 of the step",
@@ -40,6 +49,8 @@ REASONS = {
     9: "the steps do not show the motion: balancing its energy would change velocities by "
     "more than 1 %, even with 1/4096 of the step (a smaller step, or sdirk2, which damps what it "
     "does not show)",
+    10: "a constraint is not met: it asks for more than bodies can do, contradicts another one, or "
+    "is made where its frames are apart",
 }
 # A slower contraction than this triggers new factors.
 SLOW = 0.2
@@ -89,7 +100,7 @@ def solve_stage(problem, cq, cv, goal):
     model, data, work, method = problem.model, problem.data, problem.work, problem.method
     calls = problem.calls
     n = len(work.a)
-    driven = len(model.driven) > 0
+    driven, closing = len(model.driven) > 0, calls[CLOSE]
     stale = work.key[CQ] != cq or work.key[CV] != cv
     before = 0.0
     refreshed = -1
@@ -116,9 +127,15 @@ def solve_stage(problem, cq, cv, goal):
             if not factor(model, work.system):
                 work.key[CQ] = NO_FACTORS
                 return SINGULAR
+            # what to do: closed.py
+            if closing != 0 and call_close(closing, problem, 0, cq, 0.0) != CONVERGED:
+                work.key[CQ] = NO_FACTORS
+                return SINGULAR
             stale = False
             refreshed = iteration
         solve(model, work.system, work.residual)
+        if closing != 0:
+            call_close(closing, problem, 1, 0.0, 0.0)
         for i in range(n):
             work.a[i] -= work.residual[i]
         size = cv * largest(model.weight, work.residual)
@@ -165,8 +182,9 @@ def called(problem: Problem) -> list[Call]:
     state = (work.q, work.v, work.a, work.residual)
     # a free base has a rotation vector too; a scene without any does not compile this kernel
     charts = len(problem.model.chart) > 0
+    closed = len(problem.model.closures.node) > 0
     return [
-        (inverse_dynamics, *arguments, *state),
+        (closed_dynamics if closed else inverse_dynamics, *arguments, *state),
         (tangent, *arguments, (1.0, 1.0, 1.0), work.system),
         (solve_stage, problem, 1.0, 1.0, 1.0),
         (uphold, *arguments, work, 1.0, work.q, work.v) if charts else None,

@@ -94,9 +94,20 @@ def spatial_inertia(model, data, first, last, out):
 
 
 @kernel
-def loaded(data, first, last):
+def held_from_outside(model, data, first, last):
+    """Return whether a constraint ties nodes ``first`` … ``last`` − 1 to others."""
+    node = model.closures.node
+    for k in range(len(node)):
+        one, two = node[k, 0], node[k, 1]
+        if data.closed.on[k] > 0.0 and (first <= one < last) != (first <= two < last):
+            return True
+    return False
+
+
+@kernel
+def loaded(model, data, first, last):
     """Return whether a load acts on nodes ``first`` … ``last`` − 1, as of the step's last stage."""
-    if len(data.laws) > 0:
+    if len(data.laws) > 0 or held_from_outside(model, data, first, last):
         return True
     if data.active[0] == 0 and data.active[1] == 0:
         return False
@@ -119,7 +130,7 @@ def restore_momentum(model, data, work, i, h, q, v):
     """
     turning, column, last = model.free[i, 0], model.free[i, 1], model.free[i, 2]
     begin = turning + 1
-    if loaded(data, begin, last):
+    if loaded(model, data, begin, last):
         return
     before, found = work.momentum[i], work.momentum[len(model.free)]
     gravity, base = load_vec(data.gravity), load_mat(data.rotation[turning])

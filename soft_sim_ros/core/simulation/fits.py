@@ -37,9 +37,12 @@ def refuse_misfit(state: SimulationState, problem: Problem, n: int, most_steps: 
         which names the part that is not as it should be
     """
     where, actuators = f"state of {state.scene!r}", len(problem.held.effort)
+    closed = problem.data.closed
     shapes: dict[str, tuple[int, ...]] = {
         **{"q": (n,), "v": (n,), "dashpots": (2, len(problem.state.q) - n)},
         **{"efforts": (actuators,), "wrench": (6,), "ports": (actuators,)},
+        **{"held": closed.held.shape, "acts": closed.on.shape},
+        **{"multipliers": closed.multiplier.shape},
         **dict.fromkeys(("dissipated", "load_work", "actuator_work", "reference"), ()),
     }
     for key, shape in shapes.items():

@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 
 from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.analysis.statics import equilibrium
-from soft_sim_ros.core.compile.element import EXTRA, Element
+from soft_sim_ros.core.compile.start import given_coordinates
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.quadrature import gauss
 from soft_sim_ros.errors import SceneError, StaticsFailed
 
 # Beyond this many coordinates the mass matrix is not looked at as a whole.
@@ -30,11 +29,8 @@ def initial_coordinates(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Fl
     """
     model, chain = dynamics.model, dynamics.compiled.chain
     initial = dynamics.compiled.scene.initial
-    q, v = np.zeros(dynamics.n), np.zeros(dynamics.n)
-    given = np.zeros(dynamics.n, dtype=bool)
-    for name, value in initial.positions.items():
-        columns = chain.columns(name)
-        q[columns], given[columns] = value, True
+    q, given = given_coordinates(chain, initial)
+    v = np.zeros(dynamics.n)
     for name, value in initial.velocities.items():
         v[chain.columns(name)] = value
     for first in model.chart:
@@ -44,11 +40,6 @@ def initial_coordinates(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Fl
     for _, first, _ in model.free.tolist():
         turn = se3.exp(np.concatenate([q[first : first + 3], np.zeros(3)]))[:3, :3]
         v[first + 3 : first + 6] = turn @ v[first + 3 : first + 6]
-    for name, offset in initial.strains.items():
-        rod, section = name.split("/")
-        for element in chain.rods[rod].elements:
-            if element.section.name == section:
-                _impose(element, offset, q)
     if initial.state == "equilibrium":
         # joints with a given position hold it: what is asked for is the shape around them
         try:
@@ -74,18 +65,6 @@ def _explained(
         advice = f"joints without stiffness can be held by {keys}"
     why = f"{failure.why}; {advice}" if failure.why else advice
     return StaticsFailed(failure.load_factor, failure.residual, failure.time, why)
-
-
-def _impose(element: Element, offset: Floats, q: Floats) -> None:
-    """Set the coordinates of an element so that its strain is ξ₀ + offset throughout."""
-    begin, end = element.span
-    for columns in element.columns:
-        component, first, count = columns
-        s = begin + (end - begin) * gauss(element.density * (count + EXTRA))[0]
-        phi = element.values(columns, s)
-        solution = np.linalg.lstsq(phi, np.full(len(s), offset[component]), rcond=None)[0]
-        used = np.any(phi != 0.0, axis=0)
-        q[first : first + count][used] = solution[used]
 
 
 def check_mass(dynamics: Dynamics, q: Floats) -> None:

@@ -79,8 +79,9 @@ class Stepper:
             method=method,
             held=self._held,
             state=self._state,
-            calls=np.zeros(5, dtype=np.int64),
+            calls=np.zeros(6, dtype=np.int64),
         )
+        self._closed = self._problem.data.closed
         self._entry = Entry(self._problem, self.dynamics.calls(), self._shared.packed)
 
     @property
@@ -132,6 +133,9 @@ class Stepper:
             actuator_work=float(state.account[BOOKED]),
             reference=float(state.account[REFERENCE]),
             ports=state.settled,
+            held=self._closed.held,
+            acts=self._closed.on,
+            multipliers=self._closed.multiplier,
             solver=SolverMemory.of(self._work),
         )
         return note_fit(now, self._mark)
@@ -170,6 +174,12 @@ class Stepper:
         mine.ledger[DISSIPATED], mine.ledger[LOAD_WORK] = state.dissipated, state.load_work
         mine.account[BOOKED], mine.account[REFERENCE] = state.actuator_work, state.reference
         mine.settled[:] = state.ports
+        closed = self._closed
+        closed.held[:], closed.on[:], closed.multiplier[:] = (
+            state.held,
+            state.acts,
+            state.multipliers,
+        )
         state.solver.recall(self._work)
 
     def _begin(self, q: Floats, v: Floats) -> None:
