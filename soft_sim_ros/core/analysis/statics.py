@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.refine.space_error import Forcing, tell_if_coarse
 from soft_sim_ros.errors import StaticsFailed, UndampedFlutter
 
+from .closing import Closing
 from .load_steps import Question, unresolved, walk
 from .relaxation import sink
 from .stability import unstable_directions
@@ -97,8 +99,16 @@ def equilibrium(
     limp = any(m.pivot for m in dynamics.compiled.chain.rods.values())
     if limp:
         start = sink(dynamics, state, mask, question.forcing(1.0), time)
-    end = walk(question, start)
-    if not end.whole and thorough and not limp:
+    closing = None
+    if len(dynamics.constraints) and dynamics.constraints.acting(time).any():
+        closing = Closing(dynamics, start, time)
+        question = replace(question, closing=closing)
+    try:
+        end = walk(question, start)
+    finally:
+        if closing is not None:
+            closing.at(1.0)
+    if not end.whole and thorough and not limp and question.closing is None:
         from .second_look import look_again  # which compiles finer models
 
         end = look_again(question, state, end)

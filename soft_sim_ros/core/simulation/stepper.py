@@ -193,6 +193,8 @@ class Stepper:
         self._q[:n], self._v[:n] = q, v
         if len(self.compiled.model.driven):
             bring(self.compiled.loads.drives, self.time, self._q, self._v)
+        if len(self.dynamics.constraints):
+            self._meet()
         self._q[n:], self._v[n:] = self._q[: len(self._q) - n], 0.0
         forget(self._work)
         state = self._state
@@ -203,6 +205,22 @@ class Stepper:
         state.settled[:] = state.position
         state.account[BOOKED] = 0.0
         state.account[REFERENCE] = state.account[[KINETIC, ELASTIC, GRAVITY]].sum()
+
+    def _meet(self) -> None:
+        """Put the state onto the constraints that act now, and note what they do."""
+        n, closed, dynamics, held = self.n_coordinates, self._closed, self.dynamics, self._held
+        self._tell()
+        self._q[:n], self._v[:n] = dynamics.met(self.q, self.v, self.time)
+        tip, follows = held.tip, bool(held.follows[0])
+        if not follows:
+            tip = (self.compiled.base[:3, :3] @ tip.reshape(2, 3).T).T.ravel()
+        dynamics.reactions_of_constraints(self.q, self.v, held.effort, self.time, tip, follows)
+        own = dynamics.scratch.closed
+        closed.on[:], closed.multiplier[:] = own.on, own.multiplier
+
+    def _tell(self) -> None:
+        """Let the equations know which constraints are held, and where."""
+        self.dynamics.scratch.closed.held[:] = self._closed.held
 
     def _to_start(self) -> None:
         """Go to the state that the scene begins in; the first of a model finds it for all."""

@@ -197,6 +197,12 @@ def in_force(closures, held, k, t, slack):
 
 
 @unit
+def in_force_now(closures, held, k, t):
+    """Return whether constraint k acts at t in s."""
+    return in_force(closures, held, k, t, 1e-12)
+
+
+@unit
 def bends(closures, data, matrix):
     """Fill matrix (6F, 6F) with the derivative of −Jᵀ λ W by spatial turns of the sites.
 
