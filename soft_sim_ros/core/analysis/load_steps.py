@@ -9,14 +9,15 @@ import numpy as np
 
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.integrators.newton import CONVERGED, REASONS, admissible
+from soft_sim_ros.core.mechanics.closing import MET, Closing
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 
-from .closing import MET, Closing
 from .stability import Verdict, verdict
 
 # Of the load reached, and of the whole: a slender rod under tension bends under the least of it.
 MIN_LOAD_STEP, LEAST_LOAD_STEP = 1e-6, 1e-15
 MOST_TRIES = 300
+STUCK = 1e-10  # arm lengths: with constraints, corrections no longer than this may end in round-off
 WATCHED = 1500
 # A series of strains whose last terms are this part of its largest does not show the shape.
 ENDED = 0.1
@@ -124,7 +125,7 @@ def newton(question: Question, q: Floats, share: float) -> tuple[Floats | None, 
     dynamics, mask, closing = question.dynamics, question.mask, question.closing
     rates, accelerations = dynamics.guided(question.time)[1:]
     weight = dynamics.model.weight
-    size, first = np.inf, np.inf
+    size, first, before = np.inf, np.inf, np.inf
     q = q.copy()
     own = np.ix_(mask, mask)
     implied, kept = 0.0, None if closing is None else closing.multipliers.copy()
@@ -147,7 +148,9 @@ def newton(question: Question, q: Floats, share: float) -> tuple[Floats | None, 
             return _back(closing, kept, np.inf, why)
         q[mask] -= step
         size = float(np.max(np.abs(step) * weight[mask]))
-        if size <= question.tolerance:
+        # round-off of what holds and what is held, which may differ by many orders of magnitude
+        stuck = closing is not None and size <= STUCK and size > 0.3 * before
+        if size <= question.tolerance or stuck:
             if closing is not None and implied > MET:
                 return _back(closing, kept, size, str(closing.contradicted()))
             if closing is not None:
@@ -160,6 +163,7 @@ def newton(question: Question, q: Floats, share: float) -> tuple[Floats | None, 
             return _back(closing, kept, size, why)
         if iteration == 0:
             first = size
+        before = size
         # a first correction of many arm lengths, or growth: the step along the path was too long
         if not np.isfinite(size) or size > 4.0 * max(first, 0.1) or first > 3.0:
             break

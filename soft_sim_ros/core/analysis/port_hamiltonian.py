@@ -17,6 +17,7 @@ from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.mechanics.history import (
     refuse_branches,
     refuse_custom,
+    refuse_constraints,
     refuse_driven,
     refuse_tendons,
 )
@@ -45,6 +46,7 @@ class PortHamiltonian:
         self.n = self.dynamics.n
         refuse_branches(self.dynamics.compiled.scene, FORM)
         refuse_driven(self.dynamics.compiled.scene, FORM)
+        refuse_constraints(self.dynamics.compiled.scene, FORM)
         refuse_custom(self.dynamics.compiled.scene, FORM)
         refuse_tendons(self.dynamics.compiled.scene, FORM)
         self._zero = np.zeros(self.n)

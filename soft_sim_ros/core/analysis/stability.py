@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.closing import free_directions
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 
-from .closing import free_directions
 from .small_motion import EPS, all_decay, is_symmetric, leaving, small_motions, unit_scale
 
 # Beyond so many coordinates motions without symmetry are looked at in the slowest directions only.

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.closing import Closing
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.mechanics.history import refuse_constraints
 from soft_sim_ros.core.refine.space_error import Forcing, tell_if_coarse
 from soft_sim_ros.errors import StaticsFailed, UndampedFlutter
 
-from .closing import Closing
 from .load_steps import Question, unresolved, walk
 from .relaxation import sink
 from .stability import unstable_directions
@@ -98,6 +99,7 @@ def equilibrium(
     start = state
     limp = any(m.pivot for m in dynamics.compiled.chain.rods.values())
     if limp:
+        refuse_constraints(dynamics.compiled.scene, "an equilibrium with a string or a cable")
         start = sink(dynamics, state, mask, question.forcing(1.0), time)
     closing = None
     if len(dynamics.constraints) and dynamics.constraints.acting(time).any():

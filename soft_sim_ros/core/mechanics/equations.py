@@ -163,9 +163,9 @@ class Equations:
         numpy.linalg.LinAlgError
             if a coordinate moves no mass
         """
-        return self._accelerations(q, v, self.forcing(efforts, time), time)
+        return self.accelerations(q, v, self.forcing(efforts, time), time)
 
-    def _accelerations(self, q: Floats, v: Floats, data: Data, time: float) -> Floats:
+    def accelerations(self, q: Floats, v: Floats, data: Data, time: float) -> Floats:
         """Return q̈ (n,); multipliers of constraints are left in ``data.closed``."""
         told = self.guided(time)[2]
         out = self.residual(q, v, told, data)
@@ -204,7 +204,7 @@ class Equations:
         """
         v = self._zero if v is None else v
         data = self.forcing(efforts, time, 1.0, tip, tip_follows)
-        self._accelerations(q, v, data, time)
+        self.accelerations(q, v, data, time)
         found = data.closed.multiplier.copy()
         return {name: self.constraints.reaction(name, found) for name in self.constraints.names}
 
@@ -256,8 +256,14 @@ class Equations:
         tip: Floats | None = None,
         tip_follows: bool = False,
     ) -> tuple[Floats, Floats, Floats]:
-        """Return ∂r/∂q, ∂r/∂q̇, ∂r/∂q̈ (n, n) of the residual, exact; arguments of ``forcing``."""
-        self.residual(q, v, a, self.forcing(efforts, time, 1.0, tip, tip_follows))
+        """Return ∂r/∂q, ∂r/∂q̇, ∂r/∂q̈ (n, n) of the residual, exact; arguments of ``forcing``.
+
+        Constraints push as they do in a motion through (q, v).
+        """
+        data = self.forcing(efforts, time, 1.0, tip, tip_follows)
+        if len(self.constraints):
+            self.accelerations(q, v, data, time)
+        self.residual(q, v, a, data)
 
         unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         return self.last_tangent(unit[0]), self.last_tangent(unit[1]), self.last_tangent(unit[2])

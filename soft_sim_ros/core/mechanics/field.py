@@ -26,7 +26,13 @@ from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.tendon import Routed
 
 from .dynamics import Dynamics
-from .history import materials, refuse_branches, refuse_custom, refuse_tendons
+from .history import (
+    materials,
+    refuse_branches,
+    refuse_constraints,
+    refuse_custom,
+    refuse_tendons,
+)
 
 FORM = "the field equations"
 
@@ -281,6 +287,7 @@ def _check(scene: Scene) -> None:
     refuse_branches(scene, FORM)
     refuse_tendons(scene, FORM)
     refuse_custom(scene, FORM)
+    refuse_constraints(scene, FORM)
     for material in materials(scene):
         if material.law is not None:
             value = type(material.law).__name__

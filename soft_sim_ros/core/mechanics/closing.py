@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.floats import Floats
-from soft_sim_ros.core.mechanics.closures import directions
-from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.terms.closures import TARGET, TURN
 from soft_sim_ros.errors import NotMet
+
+from .closures import directions
+from .dynamics import Dynamics
 
 MET = 1e-9  # of the length, or rad: what rows that others imply may be off
 
