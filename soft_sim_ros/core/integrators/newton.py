@@ -101,6 +101,7 @@ def solve_stage(problem, cq, cv, goal):
     calls = problem.calls
     n = len(work.a)
     driven, closing = len(model.driven) > 0, calls[CLOSE]
+    judged = 1 if closing != 0 else 0
     stale = work.key[CQ] != cq or work.key[CV] != cv
     before = 0.0
     refreshed = -1
@@ -155,7 +156,8 @@ def solve_stage(problem, cq, cv, goal):
             if iteration > refreshed:
                 known = 0.8 * work.rate[0] if work.rate[0] < 1.0 else 0.0
                 work.rate[0] = min(1.0, max(rate, known))
-        if left <= goal:
+        # multipliers jump in the first correction, and what that leaves shows in the second
+        if left <= goal and iteration >= judged:
             for i in range(n):
                 work.q[i] = work.start_q[i] + cq * work.a[i]
                 work.v[i] = work.start_v[i] + cv * work.a[i]
@@ -167,7 +169,7 @@ def solve_stage(problem, cq, cv, goal):
                 branch_forces(model, work.v, work.residual)
                 note_forces(model, data, work.residual)
             return admissible(model, data)
-        if iteration > 0 and rate > SLOW:
+        if iteration > judged and rate > SLOW:
             if refreshed >= 0 and iteration > refreshed + 2 and rate > 2.0:
                 break  # diverges with exact factors
             stale = True
