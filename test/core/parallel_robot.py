@@ -135,7 +135,10 @@ def robot_document(axes: Any = None, order: int = 6, **rest: Any) -> dict[str, A
             "state": "equilibrium",
             "positions": {"float": [0.0, float(TILT), 0.0, *HEIGHT.tolist()]},
         },
-        "numerics": {"step": 1e-3, "basis": {"order": orders | dict.fromkeys(("bend_y", "bend_z"), order)}},
+        "numerics": {
+            "step": 1e-3,
+            "basis": {"order": orders | dict.fromkeys(("bend_y", "bend_z"), order)},
+        },
     } | rest
 
 

@@ -95,7 +95,9 @@ def test_a_rope_held_at_both_ends_hangs_as_its_boundary_value_problem(kind):
     np.testing.assert_allclose(simulation.q, q, atol=1e-9)
 
 
-@pytest.mark.parametrize(("kind", "root"), [("weld", 4.730040744862704), ("ball", 3.926602312047919)])
+@pytest.mark.parametrize(
+    ("kind", "root"), [("weld", 4.730040744862704), ("ball", 3.926602312047919)]
+)
 def test_a_beam_held_at_both_ends_swings_as_the_closed_form(kind, root):
     """Clamped–clamped and clamped–pinned, without rotary inertia: Euler and Bernoulli."""
     scene = scene_of(
@@ -128,9 +130,7 @@ def test_a_straight_rod_twisted_at_a_held_end_buckles_where_its_determinant_vani
         end = at("slider", [LENGTH, 0.0, 0.0], axis=[1, 0, 0])
         end["frames"][1]["world"]["rpy"] = [float((turn + np.pi) % (2.0 * np.pi) - np.pi), 0.0, 0.0]
         dynamics = Dynamics(
-            scene_of(
-                held_rod([end], rod=rod, numerics={"step": 1e-3, "basis": {"order": 8}})
-            )
+            scene_of(held_rod([end], rod=rod, numerics={"step": 1e-3, "basis": {"order": 8}}))
         )
         q = np.zeros(dynamics.n)
         q[0] = turn / LENGTH

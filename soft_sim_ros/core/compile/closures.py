@@ -105,7 +105,9 @@ def _rows(scene: Scene, one: Constraint, apart: float) -> list[Row]:
         length = apart if math.isnan(one.length) else one.length
         if not length > 0.0:
             key = f"constraints.{one.name}.length"
-            raise SceneError(scene.file, key, "here", "frames that are apart, they are at one place")
+            raise SceneError(
+                scene.file, key, "here", "frames that are apart, they are at one place"
+            )
         rows.append((DISTANCE, _vector([length, 0.0, 0.0])))
     axes = {"all": list(UNIT), "across": across, "along": [n]}.get(place, [])
     rows += [(ALONG, _vector(axis)) for axis in axes]
