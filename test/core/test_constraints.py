@@ -122,7 +122,7 @@ def test_a_free_closed_loop_keeps_its_momentum():
     simulation.advance(200)
     found = simulation.dynamics.momentum(simulation.q, simulation.v)
     mass = simulation.model.inertia[:, 0].sum()
-    fallen = start[3:] + [0.0, 0.0, -9.81 * 0.2 * mass]
+    fallen = start[3:] + np.array([0.0, 0.0, -9.81 * 0.2 * mass])
     np.testing.assert_allclose(found[3:], fallen, atol=1e-9 * np.linalg.norm(fallen))
     assert np.abs(gap(simulation)).max() < 1e-10
 

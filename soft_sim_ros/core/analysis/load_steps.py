@@ -177,7 +177,7 @@ def newton(question: Question, q: Floats, share: float) -> tuple[Floats | None, 
 def _back(
     closing: Closing | None, kept: Floats | None, size: float, why: str
 ) -> tuple[None, float, str]:
-    """Put multipliers back to what they were before a failed attempt; return what ``newton`` does."""
+    """Put multipliers back to those before a failed attempt; return what ``newton`` does."""
     if closing is not None and kept is not None:
         closing.multipliers[:] = kept
     return None, size, why

@@ -35,7 +35,8 @@ def modes(
     Notes
     -----
     From the symmetric part of the exact tangent at q; an unstable direction has a negative
-    "frequency". What constraints hold does not move. Damping and what is not symmetric (follower loads) count in ``complex_modes``.
+    "frequency". What constraints hold does not move. Damping and what is not symmetric (follower
+    loads) count in ``complex_modes``.
     """
     free = dynamics.free
     matrices = dynamics.tangents(q, *dynamics.guided(time)[1:], efforts, time)

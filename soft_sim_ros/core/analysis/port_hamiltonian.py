@@ -16,8 +16,8 @@ from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.mechanics.history import (
     refuse_branches,
-    refuse_custom,
     refuse_constraints,
+    refuse_custom,
     refuse_driven,
     refuse_tendons,
 )

@@ -1,4 +1,4 @@
-"""The constraints of a scene at the state of the last residual: gaps, rows, wrenches, directions."""
+"""Constraints at the state of the last residual: gaps, rows, wrenches, directions."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Directions(NamedTuple):
 
 def directions(rows: Floats) -> Directions:
     """Return what rows (R, n) hold and leave free; those that others imply make no difference."""
-    count, n = rows.shape
+    count = len(rows)
     left, size, right = np.linalg.svd(rows, full_matrices=True)
     rank = int(np.count_nonzero(size > DEPENDENT * size.max(initial=0.0))) if count else 0
     return Directions(left[:, :rank], size[:rank], right[:rank].T, right[rank:].T)

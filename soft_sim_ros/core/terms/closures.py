@@ -15,7 +15,6 @@ import numpy as np
 from soft_sim_ros.core.algebra.dual import (
     add,
     apply,
-    apply_t,
     cross,
     dot,
     load_mat,
