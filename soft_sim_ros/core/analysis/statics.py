@@ -32,7 +32,7 @@ def equilibrium(
     tip_follows: bool = False,
     tolerance: float = 1e-12,
     iterations: int = 25,
-    free: Floats | None = None,
+    free: np.ndarray | None = None,
     stable: bool = True,
     thorough: bool = True,
     check: bool | None = None,

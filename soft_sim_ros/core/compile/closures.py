@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -121,7 +122,7 @@ def _rows(scene: Scene, one: Constraint, apart: float) -> list[Row]:
     return rows
 
 
-def _vector(*parts: object) -> Floats:
+def _vector(*parts: Any) -> Floats:
     out = np.zeros((4, 3))
     for i, part in enumerate(parts):
         out[i] = part
