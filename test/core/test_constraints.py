@@ -222,3 +222,21 @@ def test_forms_without_constraints_say_so(use):
     dynamics = Dynamics(scene_of(four_bar()))
     with pytest.raises(SceneError, match="constraints"):
         use(dynamics)
+
+
+def test_what_drives_a_held_end_is_booked_as_work():
+    """A rod's far end is carried across by a joint without any mass."""
+    document = held_rod(
+        [{"name": "far", "kind": "weld", "frames": [{"body": "rod"}, {"body": "hand"}]}]
+    )
+    hand = {"joint": "hand", "kind": "prismatic", "axis": [0, 0, 1], "parent": "base",
+            "offset": {"position": [0.5, 0, 0]}, "driven": "0.03*(1 - cos(6*t))"}  # fmt: skip
+    document["bodies"].append(hand)
+    simulation = Simulation(scene_of(document))
+    simulation.advance(200)
+    kinetic, elastic, _, _, work, lost, residual = simulation.ledger()
+    assert work > 1e-3
+    assert work - lost == pytest.approx(kinetic + elastic, rel=1e-5)
+    assert abs(residual) < 1e-5 * work
+    far = simulation.dynamics.node_poses(simulation.q)[simulation.compiled.node_of("rod"), :3, 3]
+    np.testing.assert_allclose(far, [0.5, 0.0, 0.03 * (1.0 - np.cos(1.2))], atol=1e-11)

@@ -181,3 +181,15 @@ def test_a_platform_on_six_rods_stands_where_its_lengths_say():
     base, left = forces(published_axes())
     np.testing.assert_allclose(base, FORCES, atol=1e-4 * scale)
     assert np.abs(left.force).max() < 1e-4 * scale
+
+
+def test_a_parallel_robot_that_is_let_go_keeps_its_energy():
+    document = robot_document(None, order=8)
+    document["constraints"].append(hand() | {"end": 0.002})
+    document["numerics"] |= {"integrator": "implicit_midpoint", "step": 2e-4}
+    simulation = Simulation(scene_of(document))
+    simulation.advance(60)
+    kinetic, elastic, _, _, work, lost, residual = simulation.ledger()
+    assert kinetic > 1e-7
+    assert (work, lost) == (0.0, 0.0)
+    assert abs(residual) < 1e-9 * elastic

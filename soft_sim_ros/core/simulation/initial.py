@@ -77,7 +77,10 @@ def check_mass(dynamics: Dynamics, q: Floats) -> None:
     """
     if not 0 < dynamics.n <= MASS_CHECKED:
         return
-    mass = dynamics.mass_matrix(q)
+    own = np.flatnonzero(dynamics.free)  # driven ones need none
+    if not len(own):
+        return
+    mass = dynamics.mass_matrix(q)[np.ix_(own, own)]
     diagonal = np.diag(mass)
     worst = int(np.argmin(diagonal))
     vanishes = not diagonal[worst] > 0.0
@@ -89,7 +92,7 @@ def check_mass(dynamics: Dynamics, q: Floats) -> None:
         values, shapes = np.linalg.eigh(scaled)
         worst, vanishes = int(np.argmax(np.abs(shapes[:, 0]))), not values[0] > VANISHING
     if vanishes:
-        name = dynamics.compiled.coordinate_names[worst]
+        name = dynamics.compiled.coordinate_names[own[worst]]
         expected = f"a mass that its coordinate {name!r} moves (more nodes, or a body after it)"
         scene = dynamics.compiled.scene
         raise SceneError(scene.file, "bodies", scene.name, expected)
