@@ -106,6 +106,29 @@ class StaticsFailed(SolverError):
         self.load_factor, self.residual, self.why = load_factor, residual, why
 
 
+class NotMet(SoftSimError):
+    """A constraint between two frames is not met, and cannot be put right.
+
+    Parameters
+    ----------
+    name : of the constraint
+    distance : between its frames along what it holds, m
+    angle : likewise, rad
+    why : what is known, or helps
+    """
+
+    def __init__(self, name: str, distance: float, angle: float, why: str) -> None:
+        super().__init__(name, distance, angle, why)
+        self.name, self.distance, self.angle, self.why = name, distance, angle, why
+
+    def __str__(self) -> str:
+        """Return the message with its numbers."""
+        return (
+            f"constraint {self.name!r} is not met: its frames are {self.distance:.4g} m and "
+            f"{self.angle:.4g} rad apart along what it holds ({self.why})"
+        )
+
+
 class NoBranch(SoftSimError):
     """No branch of equilibria can be followed from where it was looked for.
 

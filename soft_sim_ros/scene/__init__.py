@@ -9,6 +9,7 @@ from soft_sim_ros.scene.actuator import (
 )
 from soft_sim_ros.scene.attachment import BASE, Attachment, Forest
 from soft_sim_ros.scene.body import Body, FlexibleLink, RigidBody, Rod
+from soft_sim_ros.scene.constraint import Constraint
 from soft_sim_ros.scene.contact import BodyContact, ContactLaw, Friction
 from soft_sim_ros.scene.environment import Shape, Solid
 from soft_sim_ros.scene.initial import Initial
@@ -27,11 +28,10 @@ from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 
 __all__ = [
     "BASE", "BASES", "INTEGRATORS", "STRAINS", "Actuator", "Attachment", "Basis", "Body",
-    "BodyContact", "ChamberActuator", "ContactLaw", "Curve", "DistributedLoad", "FlexibleLink",
-    "Forest", "Free", "Friction", "Initial", "InputLoad", "Joint", "JointActuator", "Load",
-    "Material", "Maxwell", "MomentActuator", "Numerics", "PointLoad", "Pose", "Reference",
-    "RigidBody", "Rivlin", "Rod", "Scene", "Schedule", "Section", "SectionSummary", "Shape",
-    "Solid",
-    "TendonActuator", "load_scene", "packaged_scenes", "parse_scene", "register_law",
-    "register_profile", "summary", "total_mass",
+    "BodyContact", "ChamberActuator", "Constraint", "ContactLaw", "Curve", "DistributedLoad",
+    "FlexibleLink", "Forest", "Free", "Friction", "Initial", "InputLoad", "Joint",
+    "JointActuator", "Load", "Material", "Maxwell", "MomentActuator", "Numerics", "PointLoad",
+    "Pose", "Reference", "RigidBody", "Rivlin", "Rod", "Scene", "Schedule", "Section",
+    "SectionSummary", "Shape", "Solid", "TendonActuator", "load_scene", "packaged_scenes",
+    "parse_scene", "register_law", "register_profile", "summary", "total_mass",
 ]  # fmt: skip

@@ -14,6 +14,7 @@ from soft_sim_ros.paths import config_directory
 from soft_sim_ros.scene.actuator import Actuator, read_actuators
 from soft_sim_ros.scene.attachment import Attachment, Forest
 from soft_sim_ros.scene.body import Body, RigidBody, read_bodies
+from soft_sim_ros.scene.constraint import Constraint, read_constraints
 from soft_sim_ros.scene.contact import ContactLaw, read_contact
 from soft_sim_ros.scene.document import MOST_TEXT, Document
 from soft_sim_ros.scene.driven import Commanded
@@ -43,7 +44,8 @@ class Scene:
     forest, depth first from the base (attachment.py); attachments: by name of a body, where it is
     attached if that is not the end of the body before it; source: the YAML text, tables from other
     files put in; file: where it came from; fluid: what surrounds all bodies, if anything does;
-    environment: shapes that bodies can touch; contact: what all contacts have in common.
+    environment: shapes that bodies can touch; contact: what all contacts have in common;
+    constraints: what holds frames at frames.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Scene:
     fluid: Fluid | None = None
     environment: tuple[Shape, ...] = ()
     contact: ContactLaw = ContactLaw()  # noqa: RUF009 - it is immutable
+    constraints: tuple[Constraint, ...] = ()
 
     @property
     def scheduled_loads(self) -> tuple[PointLoad | DistributedLoad, ...]:
@@ -170,6 +173,7 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         "materials",
         "bodies",
         "actuators",
+        "constraints",
         "loads",
         "initial",
         "numerics",
@@ -203,6 +207,7 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
             reader.entries("environment"), materials, tuple(body.name for body in bodies)
         ),
         contact=read_contact(reader.mapping("contact"), materials),
+        constraints=read_constraints(reader.entries("constraints"), bodies),
     )
 
 

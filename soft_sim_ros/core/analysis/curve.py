@@ -10,7 +10,7 @@ from soft_sim_ros.core.arguments import real
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.integrators.newton import CONVERGED, REASONS, admissible
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.mechanics.history import refuse_driven
+from soft_sim_ros.core.mechanics.history import refuse_constraints, refuse_driven
 from soft_sim_ros.core.model.model import Data
 from soft_sim_ros.errors import BadArgument
 
@@ -40,6 +40,7 @@ class Curve:
         if ends.shape != (2,) or not (np.isfinite(ends).all() and ends[0] < ends[1]):
             raise BadArgument("within", within, LOADS)
         refuse_driven(dynamics.compiled.scene, "a branch of equilibria")
+        refuse_constraints(dynamics.compiled.scene, "a branch of equilibria")
         low, high = ends
         self.dynamics, self.path, self.within = dynamics, path, (float(low), float(high))
         self.range = self.within[1] - self.within[0]

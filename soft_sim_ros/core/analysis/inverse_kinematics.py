@@ -17,6 +17,7 @@ from scipy.optimize import lsq_linear
 from soft_sim_ros.core.arguments import vector
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.mechanics.history import refuse_constraints
 from soft_sim_ros.core.refine.space_error import Forcing, tell_if_coarse
 from soft_sim_ros.errors import StaticsFailed, TargetUnreachable
 
@@ -82,6 +83,7 @@ def inverse_kinematics(
     Which of several solutions is found depends on the start. If both position and orientation
     are asked for, an arm length counts as much as a radian.
     """
+    refuse_constraints(dynamics.compiled.scene, "inverse kinematics")
     task = make_task(dynamics, position, rotation, limits, weights, tolerance, frame)
     task.loads = {"time": time, "tip": tip, "tip_follows": tip_follows}
     best: Point | None = None

@@ -14,6 +14,7 @@ from scipy.linalg import block_diag, cho_factor, cho_solve, expm
 
 from soft_sim_ros.core.arguments import vector_or_zeros
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.closing import free_directions
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.mechanics.history import refuse_driven
 
@@ -30,8 +31,10 @@ class Linearisation:
     A, B, C, D : (2n, 2n), (2n, A + 6), (6 + 2A, 2n), (6 + 2A, A + 6)
     drift : (2n,) what moves the state at x = 0, u = 0: zero in an equilibrium. ẋ in continuous
         time, the change per step in discrete time
-    q, efforts, output : state of rest (n,), efforts (A,) in it, and outputs (6 + 2A,) there:
+    q, efforts, output : state of rest (n₀,), efforts (A,) in it, and outputs (6 + 2A,) there:
         x, u and y count from these
+    ways : (n₀, n) the motion of the coordinates per state, one by one but for scenes with
+        constraints: there states are the directions that these leave free, and n fewer than q
     states, inputs, outputs : names. Inputs are commands in scene order, in their own units, then
         the wrench at the tip (N·m, N). Outputs are the position of the tip, or of another frame
         (m, world), its small rotation as a vector along world axes (rad), then position and rate of
@@ -47,6 +50,7 @@ class Linearisation:
     q: Floats
     efforts: Floats
     output: Floats
+    ways: Floats
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
@@ -109,6 +113,16 @@ def _indices(what: str, names: tuple[str, ...], known: tuple[str, ...]) -> list[
     return [known.index(name) for name in names]
 
 
+def _ways(dynamics: Dynamics, q: Floats, time: float) -> Floats:
+    """Return the directions (n₀, n) that constraints leave free, all of them without any."""
+    if not len(dynamics.constraints):
+        return np.eye(dynamics.n)
+    zero, all_of_them = np.zeros(dynamics.n), np.ones(dynamics.n, dtype=bool)
+    dynamics.residual(q, zero, zero, dynamics.forcing(time=time))
+    ways = free_directions(dynamics, all_of_them, time, dynamics.model.weight)
+    return np.eye(dynamics.n) if ways is None else ways
+
+
 def linearise(
     dynamics: Dynamics,
     q: Floats,
@@ -138,26 +152,35 @@ def linearise(
     zero = np.zeros(n)
     forcing = (held, time, 1.0, tip, tip_follows)
     refuse_driven(dynamics.compiled.scene, "a linear system")
-    factors = cho_factor(dynamics.mass_matrix(q))
-    start = cho_solve(factors, -dynamics.residual(q, zero, zero, dynamics.forcing(*forcing)))
-    stiffness, damping, _ = dynamics.tangents(q, zero, start, held, time, tip, tip_follows)
+    ways = _ways(dynamics, q, time)
+    mass = ways.T @ dynamics.mass_matrix(q) @ ways
+    factors = cho_factor(0.5 * (mass + mass.T))
+    still = dynamics.residual(q, zero, zero, dynamics.forcing(*forcing))
+    start = cho_solve(factors, -(ways.T @ still))
+    stiffness, damping, _ = (
+        ways.T @ x @ ways
+        for x in dynamics.tangents(q, zero, ways @ start, held, time, tip, tip_follows)
+    )
     jacobians, poses = dynamics.jacobians(q, zero)[0], dynamics.node_poses(q)
     node = dynamics.compiled.node_of(frame)
     jacobian, rotation = jacobians[-1], poses[-1, :3, :3]
     to_world = block_diag(rotation, rotation)
     wrench = jacobian.T if tip_follows else jacobian.T @ to_world.T
-    force = np.hstack([dynamics.effort_matrix(q, held), wrench])
+    force = ways.T @ np.hstack([dynamics.effort_matrix(q, held), wrench])
+    n = ways.shape[1]
     upper = np.hstack([np.zeros((n, n)), np.eye(n), np.zeros((n, force.shape[1]))])
     lower = cho_solve(factors, np.hstack([-stiffness, -damping, force]))
     flow = np.vstack([upper, lower])
     # a port's rate is linear in q̇: ẏ = (∂y/∂q) q̇
-    ports = np.stack([dynamics.ports(q, unit)[1] for unit in np.eye(n)], axis=1)
+    ports = np.stack([dynamics.ports(q, way)[1] for way in ways.T], axis=1)
     seen = poses[node, :3, :3]
-    turned = block_diag(seen, seen) @ jacobians[node]
+    turned = block_diag(seen, seen) @ jacobians[node] @ ways
     positions = np.vstack([turned[3:], turned[:3], ports])
     output = np.concatenate([poses[node, :3, 3], np.zeros(3), dynamics.ports(q, zero)[0]])
     names = [actuator.name for actuator in dynamics.compiled.scene.actuators]
     coordinates = dynamics.compiled.coordinate_names
+    if n < dynamics.n:
+        coordinates = tuple(f"way_{i}" for i in range(n))
     return Linearisation(
         A=flow[:, : 2 * n],
         B=flow[:, 2 * n :],
@@ -168,8 +191,9 @@ def linearise(
             ]
         ),
         D=np.zeros((6 + 2 * actuators, actuators + 6)),
-        drift=np.concatenate([zero, start]),
+        drift=np.concatenate([np.zeros(n), start]),
         q=q,
+        ways=ways,
         efforts=held,
         output=np.concatenate([output, np.zeros(actuators)]),
         states=(*coordinates, *(f"{name}_rate" for name in coordinates)),

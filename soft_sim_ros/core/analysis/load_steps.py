@@ -9,6 +9,7 @@ import numpy as np
 
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.integrators.newton import CONVERGED, REASONS, admissible
+from soft_sim_ros.core.mechanics.closing import MET, Closing
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 
 from .stability import Verdict, verdict
@@ -16,6 +17,7 @@ from .stability import Verdict, verdict
 # Of the load reached, and of the whole: a slender rod under tension bends under the least of it.
 MIN_LOAD_STEP, LEAST_LOAD_STEP = 1e-6, 1e-15
 MOST_TRIES = 300
+STUCK = 1e-10  # arm lengths: with constraints, corrections no longer than this may end in round-off
 WATCHED = 1500
 # A series of strains whose last terms are this part of its largest does not show the shape.
 ENDED = 0.1
@@ -37,6 +39,7 @@ class Question:
     tolerance: float
     iterations: int
     stable: bool
+    closing: Closing | None = None
 
     def forcing(self, share: float) -> tuple:
         """Return the arguments of ``Dynamics.forcing`` at a share of the load."""
@@ -79,12 +82,14 @@ def walk(question: Question, q: Floats) -> End:
         guess = state.copy()
         if previous is not None and reached > previous[0]:
             guess += (share - reached) / (reached - previous[0]) * (state - previous[1])
+        kept = None if question.closing is None else question.closing.multipliers.copy()
         found, size, why = newton(question, guess, share)
         judged = None
         if found is not None and question.stable:
             judged = judge(question)
             if judged.refused:
                 found, why = None, in_words(judged)
+                _back(question.closing, kept, size, why)
         if found is None:
             step *= 0.25
             if tries >= MOST_TRIES:
@@ -102,7 +107,7 @@ def judge(question: Question) -> Verdict:
     """Return the verdict on the equilibrium of the last residual, as far as it is watched."""
     if int(np.count_nonzero(question.mask)) > WATCHED:
         return Verdict(0)
-    return verdict(question.dynamics, question.mask)
+    return verdict(question.dynamics, question.mask, question.time)
 
 
 def in_words(judged: Verdict) -> str:
@@ -117,41 +122,65 @@ def in_words(judged: Verdict) -> str:
 
 def newton(question: Question, q: Floats, share: float) -> tuple[Floats | None, float, str]:
     """Return (equilibrium or None, last correction in arm lengths, what went wrong)."""
-    dynamics, mask = question.dynamics, question.mask
+    dynamics, mask, closing = question.dynamics, question.mask, question.closing
     rates, accelerations = dynamics.guided(question.time)[1:]
     weight = dynamics.model.weight
-    size, first = np.inf, np.inf
+    size, first, before = np.inf, np.inf, np.inf
     q = q.copy()
     own = np.ix_(mask, mask)
+    implied, kept = 0.0, None if closing is None else closing.multipliers.copy()
     for iteration in range(question.iterations):
         data = dynamics.forcing(*question.forcing(share))
+        if closing is not None:
+            closing.at(share)
+            closing.push()
         residual = dynamics.residual(q, rates, accelerations, data)
         matrix = dynamics.last_tangent((1.0, 0.0, 0.0))
         if not (np.isfinite(residual).all() and np.isfinite(matrix).all()):
-            return None, np.inf, "it is not finite"
+            return _back(closing, kept, np.inf, "it is not finite")
         try:
-            step = np.linalg.solve(matrix[own], residual[mask])
+            if closing is None:
+                step = np.linalg.solve(matrix[own], residual[mask])
+            else:
+                step, implied = closing.step(matrix[own], residual[mask], mask, share)
         except np.linalg.LinAlgError:
-            return None, np.inf, "nothing holds the arm there: its stiffness is singular"
+            why = "nothing holds the arm there: its stiffness is singular"
+            return _back(closing, kept, np.inf, why)
         q[mask] -= step
         size = float(np.max(np.abs(step) * weight[mask]))
-        if size <= question.tolerance:
+        # round-off of what holds and what is held, which may differ by many orders of magnitude
+        stuck = closing is not None and size <= STUCK and size > 0.3 * before
+        if size <= question.tolerance or stuck:
+            if closing is not None and implied > MET:
+                return _back(closing, kept, size, str(closing.contradicted()))
+            if closing is not None:
+                closing.push()
             dynamics.residual(q, rates, accelerations, data)
             status = admissible(dynamics.model, data)
-            return (q, size, "") if status == CONVERGED else (None, size, REASONS[status])
+            if status == CONVERGED:
+                return q, size, ""
+            why = REASONS[status]
+            return _back(closing, kept, size, why)
         if iteration == 0:
             first = size
+        before = size
         # a first correction of many arm lengths, or growth: the step along the path was too long
         if not np.isfinite(size) or size > 4.0 * max(first, 0.1) or first > 3.0:
             break
-    return (
-        None,
-        size,
-        (
-            "Newton's method finds no equilibrium near the last one, its last correction is "
-            f"{size:.3g} arm lengths: the load may have its largest value there, and the arm snaps"
-        ),
+    why = (
+        "Newton's method finds no equilibrium near the last one, its last correction is "
+        f"{size:.3g} arm lengths: the load may have its largest value there, and the arm snaps"
     )
+    return _back(closing, kept, size, why)
+
+
+def _back(
+    closing: Closing | None, kept: Floats | None, size: float, why: str
+) -> tuple[None, float, str]:
+    """Put multipliers back to those before a failed attempt; return what ``newton`` does."""
+    if closing is not None and kept is not None:
+        closing.multipliers[:] = kept
+    return None, size, why
 
 
 def unresolved(dynamics: Dynamics, q: Floats) -> str:

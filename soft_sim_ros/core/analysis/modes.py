@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.closing import free_directions
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.mechanics.sampler import Sampler
 from soft_sim_ros.scene.numerics import Numerics
@@ -34,15 +35,20 @@ def modes(
     Notes
     -----
     From the symmetric part of the exact tangent at q; an unstable direction has a negative
-    "frequency". Damping and what is not symmetric (follower loads) count in ``complex_modes``.
+    "frequency". What constraints hold does not move. Damping and what is not symmetric (follower
+    loads) count in ``complex_modes``.
     """
     free = dynamics.free
     matrices = dynamics.tangents(q, *dynamics.guided(time)[1:], efforts, time)
     stiffness, _, mass = (matrix[np.ix_(free, free)] for matrix in matrices)
     scale = unit_scale(stiffness, dynamics.law_at_rest[free], dynamics.model.weight[free])
+    left = free_directions(dynamics, free, time, scale)
+    if left is not None:
+        stiffness, mass = left.T @ stiffness @ left, left.T @ mass @ left
+        scale = np.ones(left.shape[1])
     omega, own = real_modes(stiffness, mass, scale)
     shapes = np.zeros((dynamics.n, len(omega)))
-    shapes[free] = own
+    shapes[free] = own if left is None else left @ own
     return omega, shapes
 
 
@@ -111,11 +117,15 @@ def complex_modes(
     matrices = dynamics.tangents(q, *guided, efforts, time, tip, tip_follows)
     stiffness, damping, mass = (matrix[np.ix_(free, free)] for matrix in matrices)
     scale = unit_scale(stiffness, dynamics.law_at_rest[free], dynamics.model.weight[free])
+    left = free_directions(dynamics, free, time, scale)
+    if left is not None:
+        stiffness, damping, mass = (left.T @ x @ left for x in (stiffness, damping, mass))
+        scale = np.ones(left.shape[1])
     found = small_motions(stiffness, damping, mass, scale)
     kept = found.values.imag >= 0.0
     values = found.values[kept].copy()
     shapes = np.zeros((dynamics.n, len(values)), dtype=complex)
-    shapes[free] = found.shapes[:, kept]
+    shapes[free] = found.shapes[:, kept] if left is None else left @ found.shapes[:, kept]
     # growth that is round-off is none
     values.real[~found.growing[kept] & (values.real > 0.0)] = 0.0
     order = np.argsort(np.abs(values), kind="stable")

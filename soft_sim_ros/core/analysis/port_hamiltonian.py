@@ -16,6 +16,7 @@ from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.mechanics.history import (
     refuse_branches,
+    refuse_constraints,
     refuse_custom,
     refuse_driven,
     refuse_environment,
@@ -47,6 +48,7 @@ class PortHamiltonian:
         self.n = self.dynamics.n
         refuse_branches(self.dynamics.compiled.scene, FORM)
         refuse_driven(self.dynamics.compiled.scene, FORM)
+        refuse_constraints(self.dynamics.compiled.scene, FORM)
         refuse_custom(self.dynamics.compiled.scene, FORM)
         refuse_fluid(self.dynamics.compiled.scene, FORM)
         refuse_environment(self.dynamics.compiled.scene, FORM)

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.closing import free_directions
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 
 from .small_motion import EPS, all_decay, is_symmetric, leaving, small_motions, unit_scale
@@ -55,19 +56,29 @@ class Verdict(NamedTuple):
         return self.unstable > 0 and not self.undamped
 
 
-def verdict(dynamics: Dynamics, mask: np.ndarray | None = None) -> Verdict:
-    """Judge the equilibrium of the last residual, for the coordinates in ``mask`` (n,)."""
+def verdict(dynamics: Dynamics, mask: np.ndarray | None = None, time: float = 0.0) -> Verdict:
+    """Judge the equilibrium of the last residual, for the coordinates in ``mask`` (n,).
+
+    What constraints hold at ``time`` in s does not move.
+    """
     mask = np.ones(dynamics.n, dtype=bool) if mask is None else mask
     own = np.ix_(mask, mask)
     stiffness = dynamics.last_tangent((1.0, 0.0, 0.0))[own]
     if not stiffness.size:
         return Verdict(0)
     scale = unit_scale(stiffness, dynamics.law_at_rest[mask], dynamics.model.weight[mask])
+    free = free_directions(dynamics, mask, time, scale)
+    if free is not None:
+        stiffness, scale = free.T @ stiffness @ free, np.ones(free.shape[1])
+        if not stiffness.size:
+            return Verdict(0)
     scaled = stiffness / np.outer(scale, scale)
     if is_symmetric(scaled):
         return Verdict(leaving(scaled))
     damping = dynamics.last_tangent((0.0, 1.0, 0.0))[own]
     mass = dynamics.last_tangent((0.0, 0.0, 1.0))[own]
+    if free is not None:
+        damping, mass = free.T @ damping @ free, free.T @ mass @ free
     if len(scale) > SLOWEST:
         heavy = np.linalg.eigh(0.5 * (mass + mass.T) / np.outer(scale, scale))[1][:, -SLOWEST:]
         basis = heavy / scale[:, None]

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.closing import Closing
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.mechanics.history import refuse_constraints
 from soft_sim_ros.core.refine.space_error import Forcing, tell_if_coarse
 from soft_sim_ros.errors import StaticsFailed, UndampedFlutter
 
@@ -29,7 +32,7 @@ def equilibrium(
     tip_follows: bool = False,
     tolerance: float = 1e-12,
     iterations: int = 25,
-    free: Floats | None = None,
+    free: np.ndarray | None = None,
     stable: bool = True,
     thorough: bool = True,
     check: bool | None = None,
@@ -96,9 +99,18 @@ def equilibrium(
     start = state
     limp = any(m.pivot for m in dynamics.compiled.chain.rods.values())
     if limp:
+        refuse_constraints(dynamics.compiled.scene, "an equilibrium with a string or a cable")
         start = sink(dynamics, state, mask, question.forcing(1.0), time)
-    end = walk(question, start)
-    if not end.whole and thorough and not limp:
+    closing = None
+    if len(dynamics.constraints) and dynamics.constraints.acting(time).any():
+        closing = Closing(dynamics, start, time)
+        question = replace(question, closing=closing)
+    try:
+        end = walk(question, start)
+    finally:
+        if closing is not None:
+            closing.at(1.0)
+    if not end.whole and thorough and not limp and question.closing is None:
         from .second_look import look_again  # which compiles finer models
 
         end = look_again(question, state, end)

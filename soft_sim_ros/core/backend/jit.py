@@ -201,6 +201,12 @@ def call_uphold(context, where, model, data, work, h, q, v):
 
 
 @_intrinsic
+def call_close(context, where, problem, what, t, h):
+    """Call close(problem, what, t, h) by address (integrators/closed.py)."""
+    return _call(numba.types.intp, where, (problem, what, t, h))
+
+
+@_intrinsic
 def call_advance(context, where, problem, step_ns, steps, most):
     """Call advance(problem, step_ns, steps, most); the problem is its address as a number."""
     return _call(numba.types.int64, where, (problem, step_ns, steps, most), pointers=1)

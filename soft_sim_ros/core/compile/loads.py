@@ -32,6 +32,7 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
     times = {t for load in loads for t in load.schedule.switch_times}
     times |= {t for course in courses(scene) for t in course.switches}
     times |= {t for course in (scene.fluid.current if scene.fluid else ()) for t in course.switches}
+    times |= {t for one in scene.constraints for t in one.switch_times}
     switches = sorted(times)
     return Loads(
         ptr=ints(ptr),

@@ -32,6 +32,7 @@ from soft_sim_ros.scene import (
 from soft_sim_ros.scene.custom_load import CustomLoad
 
 from .chain import Branch, Chain
+from .closures import flat_closures
 from .contact import flat_contact
 from .custom import flat_custom
 from .drives import refuse_undriven
@@ -203,6 +204,10 @@ def build_chain(scene: Scene, chain: Chain | None = None) -> Chain:
     for attachment in scene.attachments.values():
         if attachment.parent is not None and attachment.s is not None:
             marked[attachment.parent].add(attachment.s)
+    for constraint in scene.constraints:
+        for place in constraint.frames:
+            if place.body is not None and place.s is not None:
+                marked[place.body].add(place.s)
     chain = Chain() if chain is None else chain
     for body in scene.bodies:
         if body.name in scene.attachments:
@@ -289,5 +294,6 @@ def _flatten(scene: Scene, chain: Chain) -> Model:
         driven=ints(chain.driven).reshape(-1, 2),
         fluid=flat_fluid(scene, chain),
         contact=flat_contact(scene, chain),
+        closures=flat_closures(scene, chain),
         space=Spatial(),
     )

@@ -13,7 +13,7 @@ for no acceleration and uses the same factors; its polynomial does without q̈ a
 Times are counted from the last jump, so the same motion has the same bits whenever it starts.
 """
 
-from soft_sim_ros.core.backend.jit import call_stage, call_uphold, kernel, unit
+from soft_sim_ros.core.backend.jit import call_close, call_stage, call_uphold, kernel, unit
 from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.core.terms.forcing import (
     apply_loads,
@@ -33,6 +33,7 @@ from soft_sim_ros.core.terms.touch import (
 
 from .newton import CONVERGED, TOO_FAR, TOO_ROUGH
 from .problem import (
+    CLOSE,
     DISSIPATED,
     END,
     LOAD_WORK,
@@ -95,6 +96,10 @@ def adaptive_step(problem, t, h):
             problem.data.touch.bristle[:] = 0.0
     if len(problem.model.driven) > 0:
         bring(problem.loads.drives, problem.data.live.course, t + h, state.q, state.v)
+    if problem.calls[CLOSE] != 0:  # what to do: closed.py
+        status = call_close(problem.calls[CLOSE], problem, 3, t + h, h)
+        if status != CONVERGED:
+            return status
     clock[SINCE] += 1.0
     return CONVERGED
 
@@ -103,7 +108,7 @@ def adaptive_step(problem, t, h):
 def next_step(problem, anchor, h):
     """Make the next step of the method, however long; on failure the present one stays."""
     model, data, work, method = problem.model, problem.data, problem.work, problem.method
-    uphold = problem.calls[UPHOLD]
+    uphold, closing = problem.calls[UPHOLD], problem.calls[CLOSE]
     clock, span, booked = work.clock, work.span, work.booked
     n = len(work.a)
     begin = clock[BEGIN] + clock[LENGTH]
@@ -114,6 +119,10 @@ def next_step(problem, anchor, h):
     status = TOO_ROUGH
     if uphold != 0:
         call_uphold(uphold, model, data, work, 0.0, span[QN], span[VN])
+    if closing != 0:
+        failed = call_close(closing, problem, 5, anchor + begin, h)
+        if failed != CONVERGED:
+            return failed
     while size >= SHORTEST * h:
         here = anchor + begin
         until = next_switch(problem.loads, here, 2.0 * size)
@@ -121,6 +130,8 @@ def next_step(problem, anchor, h):
         if until < 2.0 * size:  # avoids a tiny step before a switch
             length = until if until <= size * (1.0 + 1e-9) else 0.5 * until
         status, error = attempt(problem, here, length, first)
+        if status == CONVERGED and closing != 0 and error <= 1.0:
+            status = call_close(closing, problem, 4, here + length, length)
         if status != CONVERGED:
             size = 0.25 * length
             for i in range(n):

@@ -3,13 +3,24 @@
 Switching times of loads are hit exactly, and steps that fail are tried again in smaller ones.
 """
 
-from soft_sim_ros.core.backend.jit import call_step, call_uphold, kernel, unit
+from soft_sim_ros.core.backend.jit import call_close, call_step, call_uphold, kernel, unit
 from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.core.terms.forcing import next_switch, switches_at
 from soft_sim_ros.core.terms.touch import BEFORE, SAVED, keep_back, put_back
 
 from .newton import CONVERGED, TOO_FAR
-from .problem import ADAPTIVE, DISSIPATED, EVALUATIONS, LOAD_WORK, REFUSED, STEP, UPHOLD, Q, V
+from .problem import (
+    ADAPTIVE,
+    CLOSE,
+    DISSIPATED,
+    EVALUATIONS,
+    LOAD_WORK,
+    REFUSED,
+    STEP,
+    UPHOLD,
+    Q,
+    V,
+)
 
 # A step is halved at most this many times, into at most this many pieces, before it is refused, so
 # that a call always ends.
@@ -36,7 +47,7 @@ def fixed_step(problem, t, h):
     On failure nothing has changed but the scratch, and the reason is returned.
     """
     model, work, state, loads = problem.model, problem.work, problem.state, problem.loads
-    data, uphold = problem.data, problem.calls[UPHOLD]
+    data, uphold, closing = problem.data, problem.calls[UPHOLD], problem.calls[CLOSE]
     q, v, ledger = state.q, state.v, state.ledger
     n = len(q)
     for i in range(n):
@@ -49,6 +60,13 @@ def fixed_step(problem, t, h):
     while done < h * (1.0 - 1e-9):
         pieces += 1
         here = t + done
+        if closing != 0:  # what to do: closed.py
+            unmet = call_close(closing, problem, 2, here, h)
+            if unmet != CONVERGED:
+                for i in range(n):
+                    q[i], v[i] = work.saved[Q, i], work.saved[V, i]
+                ledger[DISSIPATED], ledger[LOAD_WORK] = saved
+                return unmet
         for i in range(n):
             work.before[Q, i], work.before[V, i] = q[i], v[i]
         booked = (ledger[DISSIPATED], ledger[LOAD_WORK])
@@ -63,6 +81,8 @@ def fixed_step(problem, t, h):
         status = call_step(problem.calls[STEP], problem, here, step)
         if status == CONVERGED and len(model.driven) > 0:
             bring(loads.drives, data.live.course, here + step, q, v)
+        if status == CONVERGED and closing != 0:
+            status = call_close(closing, problem, 3, here + step, step)
         if status == CONVERGED and too_far(model, work.before[Q], q):
             status = TOO_FAR
         if status == CONVERGED:

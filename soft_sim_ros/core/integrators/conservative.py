@@ -9,13 +9,13 @@ correction means that the step does not resolve the motion, and the step is refu
 
 import math
 
-from soft_sim_ros.core.backend.jit import call_stage, unit
+from soft_sim_ros.core.backend.jit import call_close, call_stage, unit
 from soft_sim_ros.core.terms.forcing import apply_loads, damping_power, inside, load_power
 
 from .ledger import residual, stock
 from .newton import CONVERGED, UNBALANCED, largest
 from .predictor import judge, predict, remember
-from .problem import DISSIPATED, LOAD_WORK, STAGE, STEPS
+from .problem import CLOSE, DISSIPATED, LOAD_WORK, STAGE, STEPS
 
 # Velocities are not changed by more than this part in one step.
 MOST = 0.01
@@ -44,6 +44,10 @@ def conservative_step(problem, t, h):
         work.stage_a[0, i] = work.a[i]
         q[i] += h * work.v[i]
         v[i] += h * work.a[i]
+    if calls[CLOSE] != 0:  # what to do: closed.py
+        status = call_close(calls[CLOSE], problem, 3, t + h, h)
+        if status != CONVERGED:
+            return status
     ledger[DISSIPATED] += dissipated
     ledger[LOAD_WORK] += worked
     kinetic, elastic, weight, done = stock(model, data, held, state, q, v)

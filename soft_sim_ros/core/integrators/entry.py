@@ -22,6 +22,7 @@ from soft_sim_ros.errors import NotCopied
 from .adaptive import adaptive_step
 from .advance import advance
 from .alpha import alpha_step
+from .closed import close
 from .conservative import conservative_step
 from .dirk import dirk_step
 from .ledger import hold, take_stock
@@ -83,6 +84,8 @@ class Entry:
         self._packed = Packed(problem, kind, shared)
         self._problem = self._packed.address
         calls = [*called(problem), (STEPS[problem.method.kind], problem, 1.0, 1.0)]
+        closed = len(problem.model.closures.node) > 0
+        calls.append((close, problem, 0, 1.0, 1.0) if closed else None)
         # arrays of other lengths and content are no reason to look for kernels again
         key = kind, problem.method.kind, tuple(call is None for call in calls)
         found = _found.get(key)

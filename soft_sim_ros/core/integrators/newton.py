@@ -2,7 +2,15 @@
 
 import math
 
-from soft_sim_ros.core.backend.jit import Call, call_residual, call_tangent, kernel, unit
+from soft_sim_ros.core.backend.jit import (
+    Call,
+    call_close,
+    call_residual,
+    call_tangent,
+    kernel,
+    unit,
+)
+from soft_sim_ros.core.recursion.closing import closed_dynamics
 from soft_sim_ros.core.recursion.elimination import factor, solve
 from soft_sim_ros.core.recursion.momentum import uphold
 from soft_sim_ros.core.recursion.rnea import inverse_dynamics
@@ -12,6 +20,7 @@ from soft_sim_ros.core.terms.fibres import lawful
 from soft_sim_ros.core.terms.maxwell import branch_forces, branch_tangent, relax
 
 from .problem import (
+    CLOSE,
     CORRECTION,
     CQ,
     CV,
@@ -26,7 +35,7 @@ from .problem import (
 )
 
 CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR, UNRESOLVED, INVERTED, TOO_FAR = 0, 1, 2, 3, 4, 5, 6
-LAWLESS, TOO_ROUGH, UNBALANCED = 7, 8, 9
+LAWLESS, TOO_ROUGH, UNBALANCED, UNMET = 7, 8, 9, 10
 # In words, for errors.
 REASONS = {
     1: "Newton's method does not converge, even with 1/4096 of the step",
@@ -41,6 +50,8 @@ REASONS = {
     9: "the steps do not show the motion: balancing its energy would change velocities by "
     "more than 1 %, even with 1/4096 of the step (a smaller step, or sdirk2, which damps what it "
     "does not show)",
+    10: "a constraint is not met: it asks for more than bodies can do, contradicts another one, or "
+    "is made where its frames are apart",
 }
 # A slower contraction than this triggers new factors.
 SLOW = 0.2
@@ -92,7 +103,8 @@ def solve_stage(problem, cq, cv, goal):
     model, data, work, method = problem.model, problem.data, problem.work, problem.method
     calls = problem.calls
     n = len(work.a)
-    driven = len(model.driven) > 0
+    driven, closing = len(model.driven) > 0, calls[CLOSE]
+    judged = 1 if closing != 0 else 0
     touching = len(model.contact.node) > 0
     if touching:
         data.touch.mode[0] = cv
@@ -126,9 +138,15 @@ def solve_stage(problem, cq, cv, goal):
             if not factor(model, work.system):
                 work.key[CQ] = NO_FACTORS
                 return SINGULAR
+            # what to do: closed.py
+            if closing != 0 and call_close(closing, problem, 0, cq, 0.0) != CONVERGED:
+                work.key[CQ] = NO_FACTORS
+                return SINGULAR
             stale = False
             refreshed = iteration
         solve(model, work.system, work.residual)
+        if closing != 0:
+            call_close(closing, problem, 1, 0.0, 0.0)
         for i in range(n):
             work.a[i] -= work.residual[i]
         size = cv * largest(model.weight, work.residual)
@@ -148,7 +166,8 @@ def solve_stage(problem, cq, cv, goal):
             if iteration > refreshed:
                 known = 0.8 * work.rate[0] if work.rate[0] < 1.0 else 0.0
                 work.rate[0] = min(1.0, max(rate, known))
-        if left <= goal:
+        # multipliers jump in the first correction, and what that leaves shows in the second
+        if left <= goal and iteration >= judged:
             for i in range(n):
                 work.q[i] = work.start_q[i] + cq * work.a[i]
                 work.v[i] = work.start_v[i] + cv * work.a[i]
@@ -163,7 +182,7 @@ def solve_stage(problem, cq, cv, goal):
                 # bristles as of where Newton's method has come to
                 call_residual(calls[RESIDUAL], model, data, work.q, work.v, work.a, work.residual)
             return admissible(model, data)
-        if iteration > 0 and rate > SLOW:
+        if iteration > judged and rate > SLOW:
             if refreshed >= 0 and iteration > refreshed + 2 and rate > 2.0:
                 break  # diverges with exact factors
             stale = True
@@ -178,8 +197,9 @@ def called(problem: Problem) -> list[Call]:
     state = (work.q, work.v, work.a, work.residual)
     # a free base has a rotation vector too; a scene without any does not compile this kernel
     charts = len(problem.model.chart) > 0
+    closed = len(problem.model.closures.node) > 0
     return [
-        (inverse_dynamics, *arguments, *state),
+        (closed_dynamics if closed else inverse_dynamics, *arguments, *state),
         (tangent, *arguments, (1.0, 1.0, 1.0), work.system),
         (solve_stage, problem, 1.0, 1.0, 1.0),
         (uphold, *arguments, work, 1.0, work.q, work.v) if charts else None,

@@ -13,8 +13,8 @@ from soft_sim_ros.core.recursion.elimination import System, new_system
 DIRK, ALPHA, ENERGY, ADAPTIVE = 0, 1, 2, 3
 # counters
 STEPS, EVALUATIONS, FACTORISATIONS, ITERATIONS, REFUSED, REJECTED = 0, 1, 2, 3, 4, 5
-# Problem.calls: inverse_dynamics, tangent, solve_stage, uphold, the step of the method
-RESIDUAL, TANGENT, STAGE, UPHOLD, STEP = 0, 1, 2, 3, 4
+# Problem.calls: inverse_dynamics, tangent, solve_stage, uphold, the step of the method, close
+RESIDUAL, TANGENT, STAGE, UPHOLD, STEP, CLOSE = 0, 1, 2, 3, 4, 5
 # State.ledger
 DISSIPATED, LOAD_WORK = 0, 1
 # State.account, the rest of what the ledger is made of
@@ -121,8 +121,8 @@ class Work(NamedTuple):
 class Problem(NamedTuple):
     """Model, method, forcing, state and scratch.
 
-    calls: addresses of inverse_dynamics, tangent, solve_stage, uphold (0: none) and the step of the
-    method; kernels that a scene does not call are not compiled.
+    calls: addresses of inverse_dynamics, tangent, solve_stage, uphold (0: none), the step of the
+    method, and close (0: none); kernels that a scene does not call are not compiled.
     """
 
     model: Model
@@ -132,7 +132,7 @@ class Problem(NamedTuple):
     method: Method
     held: Held
     state: State
-    calls: Ints  # (5,) RESIDUAL … STEP
+    calls: Ints  # (6,) RESIDUAL … CLOSE
 
 
 CLOCK = 8

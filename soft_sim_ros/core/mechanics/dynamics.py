@@ -22,6 +22,7 @@ from soft_sim_ros.core.terms.fibres import fibre_forces, fibre_tangent, section_
 from soft_sim_ros.scene import Joint
 
 from .fluid import added_coriolis, other_force, viscous_matrix
+from .history import refuse_constraints
 from .ports import Ports
 from .wrench import InternalWrench, internal_wrench
 
@@ -43,7 +44,10 @@ class Dynamics(Ports):
         part. Along the directions that the joint leaves free it is what motor, spring and damper
         give, if (q, v, a) is a motion; all others are reactions of the constraint.
         """
-        self.residual(q, v, a, self.forcing(time=time))
+        data = self.forcing(time=time)
+        if len(self.constraints):
+            self.accelerations(q, v, data, time)
+        self.residual(q, v, a, data)
         frames = self.compiled.chain.frames
         joints = [body.name for body in self.compiled.scene.bodies if isinstance(body, Joint)]
         return {name: self._data.wrench[frames[name]].copy() for name in joints}
@@ -273,6 +277,7 @@ class Dynamics(Ports):
         nodes inside. If (q, v, a) does not solve the equations of motion (a ≠ ``forward_dynamics``,
         or no equilibrium), the wrench includes the residual forces that the motion would need.
         """
+        refuse_constraints(self.compiled.scene, "the internal wrench")
         v, a = (self._zero if x is None else x for x in (v, a))
         data = self.forcing(None, time, 1.0, tip, tip_follows)
         self.residual(q, v, a, data)

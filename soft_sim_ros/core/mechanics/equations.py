@@ -17,13 +17,16 @@ from soft_sim_ros.core.backend.jit import Call
 from soft_sim_ros.core.compile.scene import Compiled, compile_scene
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.model import Data, Live, new_data, new_live
+from soft_sim_ros.core.recursion.closing import close_factor, close_solve, closed_dynamics, meet
 from soft_sim_ros.core.recursion.elimination import dense, factor, new_system, solve
 from soft_sim_ros.core.recursion.rnea import inverse_dynamics
 from soft_sim_ros.core.recursion.tangent import tangent
 from soft_sim_ros.core.terms.driven import hold_still, known_motions
 from soft_sim_ros.core.terms.forcing import apply_loads
-from soft_sim_ros.errors import BadArgument
+from soft_sim_ros.errors import BadArgument, NotMet
 from soft_sim_ros.scene import Scene
+
+from .closures import Constraints, Reaction
 
 
 class Equations:
@@ -37,6 +40,7 @@ class Equations:
     ----------
     free : (n,) whether a coordinate is free to move; the others are driven
     attached : (P,) whether the payloads of the scene are there
+    constraints : what holds frames at frames
 
     Notes
     -----
@@ -62,6 +66,12 @@ class Equations:
         self._at_rest = new_live(len(self.compiled.loads.push), len(self.model.driven))
         self.free = np.ones(self.n, dtype=bool)
         self.free[self.model.driven[:, 0]] = False
+        self.constraints = Constraints(self.compiled, self._data)
+
+    @property
+    def scratch(self) -> Data:
+        """What the last residual left."""
+        return self._data
 
     # Copies have their own scratch; the compiled scene is immutable and shared.
 
@@ -102,6 +112,8 @@ class Equations:
         if not tip_follows:
             tip = self.to_base(tip)
         data = self._data
+        if len(self.constraints):
+            data.closed.multiplier[:] = 0.0
         data.gravity[:] = share * self.compiled.gravity
         data.effort[:] = 0.0
         if efforts is not None:
@@ -127,25 +139,35 @@ class Equations:
         """Return the kernels that a mass matrix needs, with arguments, to be compiled ahead."""
         state, alpha = (self._zero, self._zero, self._zero, self._zero), (1.0, 1.0, 1.0)
         matrix = np.zeros((self.n, self.n))
+        residual = closed_dynamics if len(self.constraints) else inverse_dynamics
         return [
-            (inverse_dynamics, self.model, self._data, *state),
+            (residual, self.model, self._data, *state),
             (tangent, self.model, self._data, alpha, self._system),
             (dense, self.model, self._system, matrix),
         ]
 
     def residual(self, q: Floats, v: Floats, a: Floats, data: Data) -> Floats:
-        """Return M a + C v + g + k + R v − loads − actuators (n,)."""
+        """Return M a + C v + g + k + R v − loads − actuators (n,).
+
+        Constraints push with the multipliers in ``data.closed``; ``forcing`` sets them to zero.
+        """
         q, v, a = self.coordinates(q), self.coordinates(v, "v"), self.coordinates(a, "a")
         if data is not self._data:
             raise BadArgument("data", type(data), "what ``forcing`` of the same object returned")
         out = np.zeros(self.n)
-        inverse_dynamics(self.model, data, q, v, a, out)
+        if len(self.constraints):
+            closed_dynamics(self.model, data, q, v, a, out)
+        else:
+            inverse_dynamics(self.model, data, q, v, a, out)
         return out
 
     def inverse_dynamics(
         self, q: Floats, v: Floats, a: Floats, efforts: Floats | None = None, time: float = 0.0
     ) -> Floats:
-        """Return the generalised force (n,) that the motion needs besides loads and efforts."""
+        """Return the generalised force (n,) that the motion needs besides loads and efforts.
+
+        What constraints give is part of it.
+        """
         return self.residual(q, v, a, self.forcing(efforts, time))
 
     def forward_dynamics(
@@ -160,23 +182,81 @@ class Equations:
     ) -> Floats:
         """Return q̈ (n,), by elimination from tips to base: the cost is linear in the blocks.
 
-        Driven coordinates accelerate as they are told at ``time``. Other arguments: ``forcing``.
+        Driven coordinates accelerate as they are told at ``time``, and constraints are heeded.
+        Other arguments: ``forcing``.
 
         Raises
         ------
         numpy.linalg.LinAlgError
             if a coordinate moves no mass
         """
-        told = self.guided(time, live)[2]
         data = self.forcing(efforts, time, 1.0, tip, tip_follows, live)
+        return self.accelerations(q, v, data, time)
+
+    def accelerations(self, q: Floats, v: Floats, data: Data, time: float) -> Floats:
+        """Return q̈ (n,); multipliers of constraints are left in ``data.closed``."""
+        told = np.zeros(self.n)
+        told[self.model.driven[:, 0]] = data.driven[:, 2]  # ``forcing`` has set it
         out = self.residual(q, v, told, data)
-        tangent(self.model, self._data, (0.0, 0.0, 1.0), self._system)
+        self._factor_mass(time)
         out[~self.free] = 0.0
+        solve(self.model, self._system, out)
+        if len(self.constraints):
+            close_solve(self.model, data, self._system, out)
+        return np.where(self.free, -out, told)
+
+    def _factor_mass(self, time: float) -> None:
+        """Factor the mass matrix at the last residual, with the constraints that act."""
+        tangent(self.model, self._data, (0.0, 0.0, 1.0), self._system)
         hold_still(self.model, self._system)
         if not factor(self.model, self._system):
             raise np.linalg.LinAlgError("the mass matrix is singular")
-        solve(self.model, self._system, out)
-        return np.where(self.free, -out, told)
+        if not len(self.constraints):
+            return
+        rows, closed = self.constraints.acting(time), self._data.closed
+        closed.on[:] = [rows[self.constraints.rows_of(k)].any() for k in range(len(closed.on))]
+        if not close_factor(self.model, self._data, self._system, 0.0):
+            raise np.linalg.LinAlgError("the constraints are singular")
+
+    def reactions_of_constraints(
+        self,
+        q: Floats,
+        v: Floats | None = None,
+        efforts: Floats | None = None,
+        time: float = 0.0,
+        tip: Floats | None = None,
+        tip_follows: bool = False,
+        live: Live | None = None,
+    ) -> dict[str, Reaction]:
+        """Return what every constraint does in a state, at rest by default.
+
+        Of rows that others imply the multipliers are zero: which of them carry what is not known.
+        """
+        v = self._zero if v is None else v
+        data = self.forcing(efforts, time, 1.0, tip, tip_follows, live)
+        self.accelerations(q, v, data, time)
+        found = data.closed.multiplier.copy()
+        return {name: self.constraints.reaction(name, found) for name in self.constraints.names}
+
+    def met(self, q: Floats, v: Floats, time: float = 0.0) -> tuple[Floats, Floats]:
+        """Return the state (n,), (n,) nearest by its mass that meets the constraints at a time.
+
+        Raises
+        ------
+        NotMet
+            if a constraint is far from being met, or cannot be
+        """
+        q, v = self.coordinates(q).copy(), self.coordinates(v, "v").copy()
+        acting = self.constraints.acting(time)
+        if not acting.any():
+            return q, v
+        self.residual(q, v, self._zero, self.forcing(time=time))
+        self.constraints.refuse_gap(acting)
+        self._factor_mass(time)
+        if not meet(self.model, self._data, self._system, q, v, self._zero):
+            name, distance, angle = self.constraints.worst(acting)
+            raise NotMet(name, distance, angle, "it contradicts another one, or nothing can move")
+        return q, v
 
     def _command(self, live: Live | None) -> None:
         for own, given in zip(
@@ -223,8 +303,14 @@ class Equations:
         tip: Floats | None = None,
         tip_follows: bool = False,
     ) -> tuple[Floats, Floats, Floats]:
-        """Return ∂r/∂q, ∂r/∂q̇, ∂r/∂q̈ (n, n) of the residual, exact; arguments of ``forcing``."""
-        self.residual(q, v, a, self.forcing(efforts, time, 1.0, tip, tip_follows))
+        """Return ∂r/∂q, ∂r/∂q̇, ∂r/∂q̈ (n, n) of the residual, exact; arguments of ``forcing``.
+
+        Constraints push as they do in a motion through (q, v).
+        """
+        data = self.forcing(efforts, time, 1.0, tip, tip_follows)
+        if len(self.constraints):
+            self.accelerations(q, v, data, time)
+        self.residual(q, v, a, data)
 
         unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         return self.last_tangent(unit[0]), self.last_tangent(unit[1]), self.last_tangent(unit[2])
@@ -238,6 +324,8 @@ class Equations:
         factors = vector("alpha", alpha, 3).tolist()
         tangent(self.model, self._data, (factors[0], factors[1], factors[2]), self._system)
         dense(self.model, self._system, matrix)
+        if factors[0] != 0.0 and self._data.closed.multiplier.any():
+            matrix += factors[0] * self.constraints.curvature()
         return matrix
 
     def coordinates(self, values: Floats, name: str = "q") -> Floats:

@@ -30,6 +30,7 @@ from .fluid import densities
 from .history import (
     materials,
     refuse_branches,
+    refuse_constraints,
     refuse_custom,
     refuse_environment,
     refuse_tendons,
@@ -291,6 +292,7 @@ def _check(scene: Scene) -> None:
     refuse_tendons(scene, FORM)
     refuse_custom(scene, FORM)
     refuse_environment(scene, FORM)
+    refuse_constraints(scene, FORM)
     for material in materials(scene):
         if material.law is not None:
             value = type(material.law).__name__

@@ -46,6 +46,13 @@ def refuse_fluid(scene: Scene, form: str) -> None:
         raise SceneError(scene.file, "fluid.density", scene.fluid.density, f"no fluid in {form}")
 
 
+def refuse_constraints(scene: Scene, form: str) -> None:
+    """Refuse constraints between frames: they are equations besides those of the motion."""
+    if scene.constraints:
+        names, expected = ", ".join(one.name for one in scene.constraints), f"none in {form}"
+        raise SceneError(scene.file, "constraints", names, expected)
+
+
 def refuse_tendons(scene: Scene, form: str) -> None:
     """Refuse tendons whose tension is not their effort: commanded lengths, friction."""
     for i, actuator in enumerate(scene.actuators):

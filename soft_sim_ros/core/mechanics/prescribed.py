@@ -20,6 +20,7 @@ from soft_sim_ros.core.recursion.tangent import tangent
 from soft_sim_ros.core.terms.driven import HELD
 
 from .dynamics import Dynamics
+from .history import refuse_constraints
 
 
 class PrescribedMotion(NamedTuple):
@@ -58,6 +59,7 @@ def prescribed_motion(
     numpy.linalg.LinAlgError
         if a free coordinate moves no mass
     """
+    refuse_constraints(dynamics.compiled.scene, "prescribed motions")
     model, system = dynamics.model, dynamics._system
     found = np.where(driven, a, 0.0)
     missing = dynamics.inverse_dynamics(q, v, found, efforts, time)

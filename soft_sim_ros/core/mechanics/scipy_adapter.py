@@ -17,6 +17,7 @@ from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.scene import Scene
 
 from .dynamics import Dynamics
+from .history import refuse_constraints
 
 
 class FirstOrder:
@@ -35,6 +36,7 @@ class FirstOrder:
     def __init__(self, scene: Scene | Compiled | Dynamics, efforts: Floats | None = None) -> None:
         self.dynamics = scene if isinstance(scene, Dynamics) else Dynamics(scene)
         self.efforts = efforts
+        refuse_constraints(self.dynamics.compiled.scene, "a system of first order")
         self.nfev = self.njev = 0
 
     def __call__(self, t: float, y: Floats) -> Floats:

@@ -30,7 +30,7 @@ from soft_sim_ros.core.model.model import origins
 from soft_sim_ros.core.recursion.rnea import inverse_dynamics as material_inverse_dynamics
 
 from .dynamics import Dynamics
-from .history import refuse_custom, refuse_environment
+from .history import refuse_constraints, refuse_custom, refuse_environment
 from .spatial_fluid import fluid_wrenches
 
 
@@ -132,6 +132,7 @@ def external_wrenches(
     """Return weight and loads of all nodes (nodes, 6) about the origin of the base frame."""
     refuse_custom(dynamics.compiled.scene, "the spatial formulation")
     refuse_environment(dynamics.compiled.scene, "the spatial formulation")
+    refuse_constraints(dynamics.compiled.scene, "the spatial formulation")
     data = dynamics.forcing(efforts, time)
     out = np.zeros((len(pose), 6))
     for k, frame in enumerate(pose):

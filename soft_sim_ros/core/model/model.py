@@ -76,6 +76,62 @@ class Wetted(NamedTuple):
 
 
 @struct
+class Closures(NamedTuple):
+    """Constraints between two frames. K constraints of R rows, on F nodes that can move."""
+
+    ptr: Ints  # (K + 1,) rows of a constraint
+    node: Ints  # (K, 2) nodes of both frames
+    place: Ints  # (K, 2) which of the sites they are, −1: the base, which does not move
+    site: Ints  # (F, 2) nodes, and the blocks that end there
+    offset: Floats  # (K, 12) first frame in its node's: rotation by rows, position in m
+    target: Floats  # (K, 12) second frame in its node's, likewise
+    catches: Ints  # (K,) 1: made anew, the second frame is where the first is then
+    rule: Ints  # (R,) ALONG, DISTANCE or TURN (terms/closures.py)
+    vector: Floats  # (R, 4, 3) an axis; a length in m; two pairs of axes
+    schedule: Floats  # (K, 2) when it is made and when released, s
+    length: Floats  # (1,) m, by which distances are measured
+
+
+@struct
+class Closed(NamedTuple):
+    """What constraints do, and scratch."""
+
+    held: Floats  # (K, 13) 0 released, 1 held, 2 by schedule; second frame in its node's (12)
+    on: Floats  # (K,) 1 if it acts in the present step
+    multiplier: Floats  # (R,) N along an axis, N·m about one
+    frame: Floats  # (K, 2, 12) rotation by rows, position in the base frame
+    twist: Floats  # (K, 2, 6) spatial twist, base frame
+    pull: Floats  # (K, 2, 6) its rate
+    value: Floats  # (R,) m or rad: zero where it is met
+    speed: Floats  # (R,) its rate
+    acceleration: Floats  # (R,) and that of the rate
+    wrench: Floats  # (R, 6) spatial wrench on the first frame per multiplier
+    dead: Floats  # (F, 6) dead wrenches of the sites without constraints
+    active: Ints  # (1,) Data.active[0] likewise
+
+
+def new_closed(closures: Closures) -> Closed:
+    """Allocate constraints as they are when the scene begins."""
+    count, rows = len(closures.node), len(closures.rule)
+    held = np.zeros((count, 13))
+    held[:, 0], held[:, 1:] = 2.0, closures.target
+    return Closed(
+        held=held,
+        on=np.zeros(count),
+        multiplier=np.zeros(rows),
+        frame=np.zeros((count, 2, 12)),
+        twist=np.zeros((count, 2, 6)),
+        pull=np.zeros((count, 2, 6)),
+        value=np.zeros(rows),
+        speed=np.zeros(rows),
+        acceleration=np.zeros(rows),
+        wrench=np.zeros((rows, 6)),
+        dead=np.zeros((len(closures.site), 6)),
+        active=np.zeros(1, dtype=np.int64),
+    )
+
+
+@struct
 class Tree(NamedTuple):
     """Where branches leave: empty for a chain, in which everything follows what is before it."""
 
@@ -133,6 +189,7 @@ class Model(NamedTuple):
     driven: Ints  # (D, 2) coordinates that are told what to do, and their blocks
     fluid: Wetted
     contact: Contact  # with the shapes of the environment
+    closures: Closures
     space: Space = Spatial()
 
 
@@ -148,7 +205,8 @@ def in_its_plane(model: Model) -> Model:
     too, no load and no effort moves a node out of the plane: the section carries such loads as
     reactions. The wrench in ``Data`` then lacks these reactions.
     """
-    if len(model.custom.node):  # nobody knows where these push
+    # nobody knows where custom loads push, and constraints hold what a plane leaves out
+    if len(model.custom.node) or len(model.closures.node):
         return model
     for space in (PlaneXY(), PlaneXZ()):
         out = [c for c in range(6) if c not in space.components]
@@ -209,6 +267,7 @@ class Data(NamedTuple):
     fluid_power: Floats  # (P, 2) work and loss in W of the fluid at its places, at the last sweep
     live: Live
     touch: Touch
+    closed: Closed
 
 
 def new_data(model: Model, pushes: int = 0) -> Data:
@@ -243,6 +302,7 @@ def new_data(model: Model, pushes: int = 0) -> Data:
         fluid_power=np.zeros((len(model.fluid.node), 2)),
         live=new_live(pushes, len(model.driven)),
         touch=new_touch(model.contact),
+        closed=new_closed(model.closures),
     )
     if len(model.contact.node):
         data.touch.call[:] = late.addresses("contact", model, data)

@@ -62,6 +62,14 @@ class System(NamedTuple):
     small: Floats  # (R, R) factors of 1 + Vᵀ K₀⁻¹ U
     small_x: Floats  # (R,)
     small_pivot: Ints  # (R,)
+    # of constraints (closing.py), of C rows on F sites
+    close_reach: Floats  # (6F, n) K⁻¹ Jᵀ
+    close_comply: Floats  # (6F, 6F) J K⁻¹ Jᵀ
+    close_arms: Floats  # (6F, C) wrenches on the sites per multiplier …
+    close_bend: Floats  # (6F, 6F) … and per motion J x of the sites
+    close_sense: Floats  # (C, 18F) accelerations of rows per (J; Z; Y) x
+    close_inverse: Floats  # (C, C) multipliers per acceleration
+    close_kept: Floats  # (C,) 1: a row that no others imply
 
 
 def new_system(model: Model) -> System:
@@ -74,6 +82,7 @@ def new_system(model: Model) -> System:
     )
     ties, n = int(model.couple_ptr[-1]), int(model.block_col[-1])
     size, total = len(model.space.components), int(column[-1])
+    wide_sites, held = 6 * len(model.closures.site), len(model.closures.rule)
     m, wide = int(sizes.max(initial=0)), int(widths.max(initial=WIDTH))
     return System(
         offset=offset,
@@ -95,6 +104,13 @@ def new_system(model: Model) -> System:
         small=np.zeros((ties, ties)),
         small_x=np.zeros(ties),
         small_pivot=np.zeros(ties, dtype=np.int64),
+        close_reach=np.zeros((wide_sites, n if wide_sites else 0)),
+        close_comply=np.zeros((wide_sites, wide_sites)),
+        close_arms=np.zeros((wide_sites, held)),
+        close_bend=np.zeros((wide_sites, wide_sites)),
+        close_sense=np.zeros((held, 3 * wide_sites)),
+        close_inverse=np.zeros((held, held)),
+        close_kept=np.zeros(held),
     )
 
 

@@ -94,9 +94,22 @@ def spatial_inertia(model, data, first, last, out):
 
 
 @kernel
+def held_from_outside(model, data, first, last):
+    """Return whether a constraint ties nodes ``first`` … ``last`` − 1 to others."""
+    node = model.closures.node
+    for k in range(len(node)):
+        one, two = node[k, 0], node[k, 1]
+        if data.closed.on[k] > 0.0 and (first <= one < last) != (first <= two < last):
+            return True
+    return False
+
+
+@kernel
 def loaded(model, data, first, last):
     """Return whether a load acts on nodes ``first`` … ``last`` − 1, as of the step's last stage."""
     if len(data.laws) > 0 or len(data.touch.near) > 0:
+        return True
+    if held_from_outside(model, data, first, last):
         return True
     if len(model.fluid.node) > 0 and model.fluid.ptr[last] > model.fluid.ptr[first]:
         return True

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.closing import Closing
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 from soft_sim_ros.core.mechanics.tips import apart, tip_ways
 from soft_sim_ros.core.model.model import Live
@@ -53,11 +54,20 @@ def newton(
     told, rates, accelerations = dynamics.guided(forcing.time, forcing.live)
     weight = dynamics.model.weight[mask]
     q = np.where(dynamics.free, q, told)
+    closing = Closing(dynamics, q, forcing.time) if len(dynamics.constraints) else None
+    if closing is not None:
+        closing.at(1.0)
     for _ in range(STEPS):
-        residual = dynamics.residual(q, rates, accelerations, dynamics.forcing(*forcing))
-        matrix = dynamics.last_tangent((1.0, 0.0, 0.0))
+        data = dynamics.forcing(*forcing)
+        if closing is not None:
+            closing.push()
+        residual = dynamics.residual(q, rates, accelerations, data)
+        matrix = dynamics.last_tangent((1.0, 0.0, 0.0))[np.ix_(mask, mask)]
         try:
-            step = np.linalg.solve(matrix[np.ix_(mask, mask)], residual[mask])
+            if closing is None:
+                step = np.linalg.solve(matrix, residual[mask])
+            else:
+                step = closing.step(matrix, residual[mask], mask, 1.0)[0]
         except np.linalg.LinAlgError:
             return None
         size = float(np.max(np.abs(step) * weight, initial=0.0))
@@ -134,18 +144,28 @@ def motion_error(
     free, a = dynamics.free, dynamics.guided(forcing.time, forcing.live)[2]
     still = dynamics.residual(q, v, a, dynamics.forcing(*forcing))
     mass = dynamics.last_tangent((0.0, 0.0, 1.0))
-    a[free] -= np.linalg.solve(mass[np.ix_(free, free)], still[free])
+    if len(dynamics.constraints):
+        a = dynamics.accelerations(q, v, dynamics.forcing(*forcing), forcing.time)
+    else:
+        a[free] -= np.linalg.solve(mass[np.ix_(free, free)], still[free])
     up, rate, push = prolong(dynamics.compiled, fine.compiled, np.array([q, v, a]))
     moving = tip_ways(dynamics, np.stack([v, a], axis=1), q)[1]
     speed, rise = np.linalg.norm(moving, axis=1).max(axis=0).tolist()
     moved = max(moved, STILL * dynamics.compiled.length)
     lasting = min(elapsed, MEMORY, moved / max(speed, 1e-300), np.sqrt(moved / max(rise, 1e-300)))
+    closing = Closing(fine, up, forcing.time) if len(fine.constraints) else None
+    if closing is not None:
+        closing.at(1.0)
     residual = fine.residual(up, rate, push, fine.forcing(*forcing))
     inertia = 1.0 / max(1e-9, lasting) ** 2
     matrix = fine.last_tangent((1.0, 0.0, inertia))
     found, own = up.copy(), np.ix_(fine.free, fine.free)
     try:
-        found[fine.free] -= np.linalg.solve(matrix[own], residual[fine.free])
+        if closing is None:
+            found[fine.free] -= np.linalg.solve(matrix[own], residual[fine.free])
+        else:
+            step = closing.step(matrix[own], residual[fine.free], fine.free, 1.0)[0]
+            found[fine.free] -= step
     except np.linalg.LinAlgError:
         return float("inf")
     way = np.abs(up - found) * fine.model.weight

@@ -42,6 +42,7 @@ def refuse_misfit(
     """
     live = problem.held.live
     where, actuators = f"state of {state.scene!r}", len(problem.held.effort)
+    closed = problem.data.closed
     shapes: dict[str, tuple[int, ...]] = {
         **{"q": (n,), "v": (n,), "dashpots": (2, len(problem.state.q) - n)},
         **{"efforts": (actuators,), "wrench": (6,), "ports": (actuators,)},
@@ -49,6 +50,8 @@ def refuse_misfit(
         "courses": live.course.shape,
         "attached": (payloads,),
         "bristles": (sum(part.size for part in held_bristles(problem.data)),),
+        **{"held": closed.held.shape, "acts": closed.on.shape},
+        **{"multipliers": closed.multiplier.shape},
         **dict.fromkeys(("dissipated", "load_work", "actuator_work", "reference"), ()),
     }
     for key, shape in shapes.items():

@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 
 from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.analysis.statics import equilibrium
-from soft_sim_ros.core.compile.element import EXTRA, Element
+from soft_sim_ros.core.compile.start import given_coordinates
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.contacts import ContactReader
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.quadrature import gauss
 from soft_sim_ros.errors import SceneError, StaticsFailed
 
 # Beyond this many coordinates the mass matrix is not looked at as a whole.
@@ -32,11 +31,8 @@ def initial_coordinates(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Fl
     """
     model, chain = dynamics.model, dynamics.compiled.chain
     initial = dynamics.compiled.scene.initial
-    q, v = np.zeros(dynamics.n), np.zeros(dynamics.n)
-    given = np.zeros(dynamics.n, dtype=bool)
-    for name, value in initial.positions.items():
-        columns = chain.columns(name)
-        q[columns], given[columns] = value, True
+    q, given = given_coordinates(chain, initial)
+    v = np.zeros(dynamics.n)
     for name, value in initial.velocities.items():
         v[chain.columns(name)] = value
     for first in model.chart:
@@ -46,11 +42,6 @@ def initial_coordinates(dynamics: Dynamics, efforts: Floats) -> tuple[Floats, Fl
     for _, first, _ in model.free.tolist():
         turn = se3.exp(np.concatenate([q[first : first + 3], np.zeros(3)]))[:3, :3]
         v[first + 3 : first + 6] = turn @ v[first + 3 : first + 6]
-    for name, offset in initial.strains.items():
-        rod, section = name.split("/")
-        for element in chain.rods[rod].elements:
-            if element.section.name == section:
-                _impose(element, offset, q)
     refuse_overlaps(dynamics, q)
     if initial.state == "equilibrium":
         # joints with a given position hold it: what is asked for is the shape around them
@@ -107,18 +98,6 @@ def _explained(
     return StaticsFailed(failure.load_factor, failure.residual, failure.time, why)
 
 
-def _impose(element: Element, offset: Floats, q: Floats) -> None:
-    """Set the coordinates of an element so that its strain is ξ₀ + offset throughout."""
-    begin, end = element.span
-    for columns in element.columns:
-        component, first, count = columns
-        s = begin + (end - begin) * gauss(element.density * (count + EXTRA))[0]
-        phi = element.values(columns, s)
-        solution = np.linalg.lstsq(phi, np.full(len(s), offset[component]), rcond=None)[0]
-        used = np.any(phi != 0.0, axis=0)
-        q[first : first + count][used] = solution[used]
-
-
 def check_mass(dynamics: Dynamics, q: Floats) -> None:
     """Refuse coordinates (n,) that move no mass: their motion has no equation.
 
@@ -131,10 +110,10 @@ def check_mass(dynamics: Dynamics, q: Floats) -> None:
     """
     if not 0 < dynamics.n <= MASS_CHECKED:
         return
-    free = np.flatnonzero(dynamics.free)
-    mass = dynamics.mass_matrix(q)[np.ix_(free, free)]
-    if not len(free):
+    own = np.flatnonzero(dynamics.free)  # driven ones need none
+    if not len(own):
         return
+    mass = dynamics.mass_matrix(q)[np.ix_(own, own)]
     diagonal = np.diag(mass)
     worst = int(np.argmin(diagonal))
     vanishes = not diagonal[worst] > 0.0
@@ -146,7 +125,7 @@ def check_mass(dynamics: Dynamics, q: Floats) -> None:
         values, shapes = np.linalg.eigh(scaled)
         worst, vanishes = int(np.argmax(np.abs(shapes[:, 0]))), not values[0] > VANISHING
     if vanishes:
-        name = dynamics.compiled.coordinate_names[free[worst]]
+        name = dynamics.compiled.coordinate_names[own[worst]]
         expected = f"a mass that its coordinate {name!r} moves (more nodes, or a body after it)"
         scene = dynamics.compiled.scene
         raise SceneError(scene.file, "bodies", scene.name, expected)

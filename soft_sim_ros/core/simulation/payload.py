@@ -54,6 +54,8 @@ class Carrying(Holding):
             raise BadArgument("name", name, expected)
         if payloads[name] == there:
             return
+        if at_rest and len(self.dynamics.constraints):
+            raise BadArgument("at_rest", at_rest, "False for an arm with constraints")
         wanted = list((payloads | {name: there}).values())
 
         def change() -> None:

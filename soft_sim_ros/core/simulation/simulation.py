@@ -24,8 +24,10 @@ from soft_sim_ros.core.integrators.problem import (
     TIME_ERROR,
     forget,
 )
+from soft_sim_ros.core.mechanics.closures import Reaction
 from soft_sim_ros.core.mechanics.contacts import Contact, ContactReader
 from soft_sim_ros.core.mechanics.sampler import Frames, Sampler
+from soft_sim_ros.core.terms.closures import FREED, HELD, MODE, TARGET
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.scene import Scene
 
@@ -45,6 +47,7 @@ LEDGER = (
 )
 
 MOST_POSES = 100_000
+LATCH = 1e-4  # of the length, or rad: further apart frames cannot be that are made to hold
 
 
 class Simulation(Carrying):
@@ -116,6 +119,69 @@ class Simulation(Carrying):
     def forget_attempts(self) -> None:
         """Let a step that failed have no influence on the next one: the state alone counts."""
         forget(self._work)
+
+    def release(self, name: str) -> None:
+        """Release a constraint from now on, whatever its schedule says.
+
+        Raises
+        ------
+        NoSuchPlace
+            if there is none of that name
+        """
+        k = self.dynamics.constraints.index(name)
+
+        def let_go() -> None:
+            self._closed.held[k, MODE] = FREED
+            self._work.restart[0] = 1
+
+        wholly(let_go)
+
+    def hold(self, name: str, here: bool = False) -> None:
+        """Let a constraint act from now on, whatever its schedule says.
+
+        Bodies that move against each other stop there: what that loses of the energy is booked as
+        dissipated.
+
+        Parameters
+        ----------
+        here : whether the second frame is first put to where the first one is now
+
+        Raises
+        ------
+        NoSuchPlace
+            if there is none of that name
+        NotMet
+            if its frames are apart
+        """
+        constraints = self.dynamics.constraints
+        k = constraints.index(name)
+        self._tell()
+        self.dynamics.residual(self.q, self.v, self.v, self.dynamics.forcing(time=self.time))
+        acting = np.zeros(constraints.rows, dtype=bool)
+        acting[constraints.rows_of(k)] = True
+        target = self._closed.held[k, TARGET:].copy()
+        if here:
+            target = constraints.here(k)
+        else:
+            constraints.refuse_gap(acting, LATCH)
+
+        def catch() -> None:
+            self._closed.held[k, MODE], self._closed.held[k, TARGET:] = HELD, target
+            self._work.restart[0] = 1
+
+        wholly(catch)
+
+    def reactions(self) -> dict[str, Reaction]:
+        """Return what every constraint does now: force and moment on its first frame."""
+        self._tell()
+        dynamics, (efforts, tip, follows) = self.dynamics, self.held()
+        if self.scene.numerics.integrator == "adaptive":
+            return dynamics.reactions_of_constraints(
+                self.q, self.v, efforts, self.time, tip, follows, self.live()
+            )
+        dynamics.residual(self.q, self.v, self.v, dynamics.forcing(time=self.time))
+        own = dynamics.constraints
+        return {name: own.reaction(name, self._closed.multiplier) for name in own.names}
 
     def advance(self, steps: int) -> None:
         """Make ``steps`` steps. The GIL is free meanwhile.

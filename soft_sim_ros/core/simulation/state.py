@@ -40,6 +40,10 @@ class SimulationState(Value):
     actuator_work : J, up to the last change of an effort
     reference : J, the energy that the ledger began with
     ports : (A,) port positions at the last change of an effort
+    held : (K, 13) of constraints: 0 released, 1 held, 2 by schedule; the second frame in that of
+        its node, rotation by rows and position in m
+    acts : (K,) 1 if it acted in the last step
+    multipliers : (R,) of the rows of all constraints, N along an axis or N·m about one
     solver : what the solver remembers
     bristles : (4 B,) of friction in contact, B numbers of all stations: deflections in m and what
         they hold on to; at both ends of the present step of the adaptive method; their rates at
@@ -68,6 +72,9 @@ class SimulationState(Value):
     actuator_work: float
     reference: float
     ports: Floats
+    held: Floats
+    acts: Floats
+    multipliers: Floats
     solver: SolverMemory
     bristles: Floats
 

@@ -83,8 +83,9 @@ class Stepper:
             method=method,
             held=self._held,
             state=self._state,
-            calls=np.zeros(5, dtype=np.int64),
+            calls=np.zeros(6, dtype=np.int64),
         )
+        self._closed = self._problem.data.closed
         self._entry = Entry(self._problem, self.dynamics.calls(), self._shared.packed)
 
     @property
@@ -140,6 +141,9 @@ class Stepper:
             actuator_work=float(state.account[BOOKED]),
             reference=float(state.account[REFERENCE]),
             ports=state.settled,
+            held=self._closed.held,
+            acts=self._closed.on,
+            multipliers=self._closed.multiplier,
             solver=SolverMemory.of(self._work),
             bristles=np.concatenate([part.ravel() for part in held_bristles(self._problem.data)]),
         )
@@ -183,6 +187,12 @@ class Stepper:
         mine.ledger[DISSIPATED], mine.ledger[LOAD_WORK] = state.dissipated, state.load_work
         mine.account[BOOKED], mine.account[REFERENCE] = state.actuator_work, state.reference
         mine.settled[:] = state.ports
+        closed = self._closed
+        closed.held[:], closed.on[:], closed.multiplier[:] = (
+            state.held,
+            state.acts,
+            state.multipliers,
+        )
         state.solver.recall(self._work)
         recall_bristles(self._problem.data, state.bristles)
 
@@ -200,6 +210,8 @@ class Stepper:
         if len(self.compiled.model.driven):
             course = self._held.live.course
             bring(self.compiled.loads.drives, course, self.time, self._q, self._v)
+        if len(self.dynamics.constraints):
+            self._meet()
         self._q[n:], self._v[n:] = self._q[: len(self._q) - n], 0.0
         forget(self._work)
         recall_bristles(self._problem.data, None)
@@ -211,6 +223,24 @@ class Stepper:
         state.settled[:] = state.position
         state.account[BOOKED] = 0.0
         state.account[REFERENCE] = state.account[[KINETIC, ELASTIC, GRAVITY]].sum()
+
+    def _meet(self) -> None:
+        """Put the state onto the constraints that act now, and note what they do."""
+        n, closed, dynamics, held = self.n_coordinates, self._closed, self.dynamics, self._held
+        self._tell()
+        self._q[:n], self._v[:n] = dynamics.met(self.q, self.v, self.time)
+        tip, follows = held.tip, bool(held.follows[0])
+        if not follows:
+            tip = (self.compiled.base[:3, :3] @ tip.reshape(2, 3).T).T.ravel()
+        dynamics.reactions_of_constraints(
+            self.q, self.v, held.effort, self.time, tip, follows, held.live
+        )
+        own = dynamics.scratch.closed
+        closed.on[:], closed.multiplier[:] = own.on, own.multiplier
+
+    def _tell(self) -> None:
+        """Let the equations know which constraints are held, and where."""
+        self.dynamics.scratch.closed.held[:] = self._closed.held
 
     def _to_start(self) -> None:
         """Go to the state that the scene begins in; the first of a model finds it for all."""
