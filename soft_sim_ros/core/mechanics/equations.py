@@ -289,8 +289,8 @@ class Equations:
         live: Live | None = None,
     ) -> Floats:
         """Return the forces (D,) in N·m or N that drives must give in a state, beyond springs."""
-        a = self.forward_dynamics(q, v, efforts, time, tip, tip_follows, live)
         data = self.forcing(efforts, time, 1.0, tip, tip_follows, live)
+        a = self.accelerations(q, v, data, time)
         return self.residual(q, v, a, data)[~self.free]
 
     def tangents(
