@@ -240,3 +240,8 @@ def test_what_drives_a_held_end_is_booked_as_work():
     assert abs(residual) < 1e-5 * work
     far = simulation.dynamics.node_poses(simulation.q)[simulation.compiled.node_of("rod"), :3, 3]
     np.testing.assert_allclose(far, [0.5, 0.0, 0.03 * (1.0 - np.cos(1.2))], atol=1e-11)
+
+
+def test_a_method_that_was_not_checked_with_constraints_is_refused():
+    with pytest.raises(SceneError, match=r"numerics\.integrator"):
+        Simulation(scene_of(four_bar(integrator="generalized_alpha")))

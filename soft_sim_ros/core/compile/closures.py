@@ -26,8 +26,17 @@ UNIT = np.eye(3)
 
 
 def flat_closures(scene: Scene, chain: Chain) -> Closures:
-    """Return the constraints of a scene."""
-    found = scene.constraints
+    """Return the constraints of a scene.
+
+    Raises
+    ------
+    SceneError
+        for a method that is not known to keep them
+    """
+    found, method = scene.constraints, scene.numerics.integrator
+    if found and method == "generalized_alpha":
+        expected = "another integrator: nobody has checked this one with constraints"
+        raise SceneError(scene.file, "numerics.integrator", method, expected)
     nodes = [[_node(chain, place) for place in one.frames] for one in found]
     sites = sorted({node for pair in nodes for node in pair if node > 0})
     ends = {block.first_segment: i for i, block in enumerate(chain.blocks)}
