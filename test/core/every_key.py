@@ -40,6 +40,7 @@ DOCUMENTS["carried"] = {
             "rigid_body": "ring",
             "mass": 0.1,
             "parent": {"body": "one", "s": 0.1, "offset": {"position": [0.0, 0.01, 0.0]}},
+            "attached": False,
         },
         {
             "joint": "table",
@@ -49,6 +50,36 @@ DOCUMENTS["carried"] = {
             "driven": {"first": {"formula": "0.2*t"}, "second": "sin(t)"},
         },
         rod("two"),
+    ],
+    "numerics": NUMERICS,
+}
+DOCUMENTS["held"] = {
+    "name": "held",
+    "materials": {"soft": SOFT},
+    "bodies": [rod("one", *ALL), rod("two", *ALL) | {"parent": "base"}],
+    "constraints": [
+        {
+            "name": "far",
+            "kind": "weld",
+            "frames": [{"body": "one"}, {"world": {"position": [0.3, 0.0, 0.0]}}],
+            "start": 0.0,
+            "end": 0.5,
+        },
+        {
+            "name": "rope",
+            "kind": "distance",
+            "length": 0.1,
+            "frames": [
+                {"body": "two", "s": 0.2, "offset": {"position": [0.0, 0.0, 0.1]}},
+                {"body": "one", "s": 0.2},
+            ],
+        },
+        {
+            "name": "pin",
+            "kind": "hinge",
+            "axis": [0.0, 1.0, 0.0],
+            "frames": [{"body": "two"}],
+        },
     ],
     "numerics": NUMERICS,
 }

@@ -12,7 +12,7 @@ from soft_sim_ros.core.recursion import rnea
 
 PACKAGE = Path(soft_sim_ros.__file__).parent
 # of core/: where kernels stand
-KERNELS = ("algebra", "terms", "recursion", "integrators")
+KERNELS = ("algebra", "contact", "terms", "recursion", "integrators")
 
 
 def of_kernels(module):

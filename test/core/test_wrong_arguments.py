@@ -82,6 +82,7 @@ def right(name, method, n):
     if name in sizes:
         return rng.uniform(0.1, 0.3, sizes[name])
     others = {"time": 0.1, "share": 0.7, "tip_follows": True, "actuator": 1, "name": "q"}
+    others |= {"live": None}
     return others[name]  # a new parameter has to be made known here
 
 
@@ -97,6 +98,7 @@ PURE = [
     (kind, name, tuple(parameters))
     for kind in (Dynamics, PortHamiltonian)
     for name, parameters in calls_of(kind)
+    if name != "carry"  # it takes no numbers
 ]
 
 

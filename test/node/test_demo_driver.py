@@ -68,7 +68,8 @@ def test_a_start_that_compiles_nothing_does_not_speak_of_compiling(monkeypatch):
     class Slow:
         def __init__(self, scene):
             self.dynamics = self.q = None
-            self.scene = SimpleNamespace(numerics=None, bodies=(), attachments={})
+            inputs = {"input_loads": (), "posed": (), "commanded": {}}
+            self.scene = SimpleNamespace(numerics=None, bodies=(), attachments={}, **inputs)
 
         def advance(self, steps):
             for _ in range(200):

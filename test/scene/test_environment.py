@@ -1,12 +1,6 @@
 """Environments that make no sense are refused with file, key and numbers."""
 
-import sys
-from pathlib import Path
-
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "core"))
-
 from scenes import scene_of
 from touching import body_document, rod_on_table
 

@@ -134,8 +134,8 @@ MISTAKES = [
         "bodies:",
         "bodys:",
         "7: bodys = - joint: shoulder …: expected a known key, one of name, gravity, "
-        "base, materials, bodies, actuators, loads, initial, numerics, fluid (did "
-        "you mean bodies?)",
+        "base, materials, bodies, actuators, constraints, loads, initial, numerics, fluid, "
+        "environment, contact (did you mean bodies?)",
     ),
     (
         "  - rod: arm",

@@ -23,6 +23,7 @@ from .start import given_coordinates, node_frames
 
 Row = tuple[int, Floats]
 UNIT = np.eye(3)
+FOREVER = 1e300  # s
 
 
 def flat_closures(scene: Scene, chain: Chain) -> Closures:
@@ -67,7 +68,9 @@ def flat_closures(scene: Scene, chain: Chain) -> Closures:
         catches=ints([one.frames[1].offset is None for one in found]),
         rule=ints([rule for rule, _ in rows]),
         vector=floats([vector for _, vector in rows]).reshape(-1, 4, 3),
-        schedule=floats([(one.start, one.end) for one in found]).reshape(-1, 2),
+        schedule=np.clip(
+            floats([(one.start, one.end) for one in found]).reshape(-1, 2), -FOREVER, FOREVER
+        ),
         length=floats([chain.whole[0] or 1.0] if found else []),
     )
 

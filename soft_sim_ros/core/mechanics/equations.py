@@ -131,6 +131,8 @@ class Equations:
 
     def carry(self, attached: Sequence[bool]) -> None:
         """Let just these (P,) payloads be there from now on."""
+        if len(attached) != len(self.attached):
+            raise BadArgument("attached", attached, f"{len(self.attached)} truth values")
         if self.attached != tuple(attached):
             self.model.inertia[:] = self.compiled.chain.inertia_with(attached)
             self.attached = tuple(attached)
@@ -195,7 +197,7 @@ class Equations:
 
     def accelerations(self, q: Floats, v: Floats, data: Data, time: float) -> Floats:
         """Return q̈ (n,); multipliers of constraints are left in ``data.closed``."""
-        told = np.zeros(self.n)
+        time, told = number("time", time), np.zeros(self.n)
         told[self.model.driven[:, 0]] = data.driven[:, 2]  # ``forcing`` has set it
         out = self.residual(q, v, told, data)
         self._factor_mass(time)
@@ -247,6 +249,7 @@ class Equations:
             if a constraint is far from being met, or cannot be
         """
         q, v = self.coordinates(q).copy(), self.coordinates(v, "v").copy()
+        time = number("time", time)
         acting = self.constraints.acting(time)
         if not acting.any():
             return q, v
