@@ -63,6 +63,7 @@ class Equations:
         self._system = new_system(self.model)
         self._zero = np.zeros(self.n)
         self._no_tip = np.zeros(6)
+        self._commanded = False
         self._at_rest = new_live(len(self.compiled.loads.push), len(self.model.driven))
         self.free = np.ones(self.n, dtype=bool)
         self.free[self.model.driven[:, 0]] = False
@@ -262,6 +263,9 @@ class Equations:
         return q, v
 
     def _command(self, live: Live | None) -> None:
+        if live is None and not self._commanded:
+            return
+        self._commanded = live is not None
         for own, given in zip(
             self._data.live, self._at_rest if live is None else live, strict=True
         ):
