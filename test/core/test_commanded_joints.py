@@ -216,7 +216,8 @@ def test_the_twist_of_a_pose_is_along_the_axes_that_move():
         (("rod", 0.1), "they are driven within some time"),
         (("rail", None), "a position or a velocity"),
         (("rail", float("nan")), "position"),
-        (("rail", 0.1, None, 0.0), "above zero"),
+        (("rail", 0.1, None, 0.0), "at least the step of 0.001 s"),
+        (("rail", 0.1, None, 9e-4), "at least the step of 0.001 s"),
         (("rail", 1e308, None, 1e-3), "finite"),
     ],
 )
@@ -254,6 +255,23 @@ def test_driven_coordinates_need_no_mass_of_their_own():
     simulation.set_driven("wrist", 0.3)
     simulation.advance(round(0.2e9 / simulation.step_ns))
     assert simulation.q[6] == pytest.approx(0.3)
+
+
+def test_positions_that_come_in_a_stream_are_followed_late_by_0_6_of_the_time():
+    """Replanned at every step it is a filter, s³ + 9 s²/T + 36 s/T² + 60/T³: late by 36 T/60."""
+    within, rate = 0.05, 0.2
+    simulation = Simulation(carried({"within": within}))
+    for i in range(400):
+        simulation.set_driven("rail", rate * 1e-3 * i)
+        simulation.advance(1)
+    late = simulation.time - simulation.q[0] / rate
+    assert simulation.v[0] == pytest.approx(rate, rel=1e-3)
+    assert late == pytest.approx(0.6 * within, abs=1.1e-3)  # and what is held for a step
+
+
+def test_what_is_commanded_is_reached_within_no_less_than_a_step():
+    with pytest.raises(SceneError, match=r"rail\.driven\.within = 0\.0005.*step of 0\.001 s"):
+        Simulation(carried({"within": 5e-4}))
 
 
 def test_a_scene_says_how_soon_a_command_is_reached():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from differences import central_difference
 from forests import tree_document
+from planes import in_both
 from scenes import random_state, rod_document, scene_of
 from waters import CURRENT, HULL, WATER, places, velocities, wet_zoo, without_fluid, work_of
 
@@ -13,9 +14,6 @@ from soft_sim_ros.core.analysis.port_hamiltonian import PortHamiltonian
 from soft_sim_ros.core.analysis.statics import equilibrium
 from soft_sim_ros.core.mechanics import field, spatial
 from soft_sim_ros.core.model.model import in_its_plane
-from soft_sim_ros.core.recursion.elimination import dense, new_system
-from soft_sim_ros.core.recursion.rnea import inverse_dynamics
-from soft_sim_ros.core.recursion.tangent import tangent
 from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import SceneError
 
@@ -203,16 +201,7 @@ def test_in_a_plane_the_fluid_does_what_it_does_in_space():
     assert isinstance(pruned.space, PlaneXZ)
     rng = np.random.default_rng(7)
     q, v, a = rng.standard_normal((3, dynamics.n))
-    data = dynamics.forcing()
-    results = []
-    for model in (dynamics.model, pruned):
-        out, matrix = np.zeros(dynamics.n), np.zeros((dynamics.n, dynamics.n))
-        system = new_system(model)
-        inverse_dynamics(model, data, q, v, a, out)
-        tangent(model, data, (0.7, 0.4, 1.0), system)
-        dense(model, system, matrix)
-        results.append((out, matrix))
-    for full, planar in zip(*results, strict=True):
+    for full, planar in in_both(dynamics, pruned, q, v, a):
         np.testing.assert_allclose(planar, full, rtol=0.0, atol=1e-12 * np.abs(full).max())
 
 

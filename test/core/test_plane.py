@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
+from planes import in_both
 from scenes import rod_document, scene_of
 
 from soft_sim_ros.core.algebra.motion_space import PlaneXY, PlaneXZ, Spatial
 from soft_sim_ros.core.model.model import in_its_plane
-from soft_sim_ros.core.recursion.elimination import dense, new_system
-from soft_sim_ros.core.recursion.rnea import inverse_dynamics
-from soft_sim_ros.core.recursion.tangent import tangent
 from soft_sim_ros.core.settled import Dynamics, Simulation
 
 PLANES = {
@@ -49,16 +47,7 @@ def test_residual_and_tangent_in_the_plane_are_those_in_space(plane):
     assert isinstance(flat.space, plane)
     rng = np.random.default_rng(7)
     q, v, a = rng.standard_normal((3, dynamics.n))
-    data = dynamics.forcing()
-    results = []
-    for model in (dynamics.model, flat):
-        out, matrix = np.zeros(dynamics.n), np.zeros((dynamics.n, dynamics.n))
-        system = new_system(model)
-        inverse_dynamics(model, data, q, v, a, out)
-        tangent(model, data, (0.7, 0.4, 1.0), system)
-        dense(model, system, matrix)
-        results.append((out, matrix))
-    for full, pruned in zip(*results, strict=True):
+    for full, pruned in in_both(dynamics, flat, q, v, a):
         assert np.linalg.norm(full) > 0.0
         np.testing.assert_allclose(pruned, full, rtol=0.0, atol=1e-12 * np.abs(full).max())
 

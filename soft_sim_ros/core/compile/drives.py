@@ -34,8 +34,14 @@ def refuse_undriven(scene: Scene) -> None:
     Raises
     ------
     SceneError
-        for ``energy_midpoint``, which changes velocities to close the ledger
+        for ``energy_midpoint``, which changes velocities to close the ledger; for commands that
+        are to be reached within less than a step
     """
+    for name, course in scene.commanded.items():
+        if course.within < scene.numerics.step * (1.0 - 1e-9):
+            expected = f"at least the step of {scene.numerics.step:g} s, which has to show the way"
+            joint = name.partition("/")[0]
+            raise SceneError(scene.file, f"bodies.{joint}.driven.within", course.within, expected)
     if scene.numerics.integrator == "energy_midpoint" and courses(scene):
         expected = "another integrator: this one changes velocities, those of driven joints as well"
         raise SceneError(scene.file, "numerics.integrator", scene.numerics.integrator, expected)

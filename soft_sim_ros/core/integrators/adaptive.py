@@ -33,12 +33,20 @@ from soft_sim_ros.core.terms.touch import (
 
 from .newton import CONVERGED, TOO_FAR, TOO_ROUGH
 from .problem import (
+    A0,
+    A1,
+    AFTER_PIECE,
+    AFTER_TRIAL,
+    BEFORE_NEXT,
     CLOSE,
     DISSIPATED,
     END,
     LOAD_WORK,
     LOST,
     POWER,
+    Q0,
+    Q1,
+    QN,
     REJECTED,
     STAGE,
     START,
@@ -46,6 +54,9 @@ from .problem import (
     TIME_ERROR,
     TRIAL,
     UPHOLD,
+    V0,
+    V1,
+    VN,
 )
 
 # Work.clock: start and length of the present step in s after the last jump of an input, the length
@@ -53,8 +64,6 @@ from .problem import (
 # whether something jumped at the end of the present step, whether something jumped at its start;
 # the length that the last step after a jump should have had
 BEGIN, LENGTH, NEXT, ERROR, SINCE, JUMPED, FIRST, FRESH = 0, 1, 2, 3, 4, 5, 6, 7
-# Work.span
-Q0, V0, A0, Q1, V1, A1, QN, VN = 0, 1, 2, 3, 4, 5, 6, 7
 # Newton's method may leave this share of the error permitted to a step.
 NEWTON = 0.02
 # The step length is kept if the optimal one is longer by less than this: then factors are kept too.
@@ -96,8 +105,8 @@ def adaptive_step(problem, t, h):
             problem.data.touch.bristle[:] = 0.0
     if len(problem.model.driven) > 0:
         bring(problem.loads.drives, problem.data.live.course, t + h, state.q, state.v)
-    if problem.calls[CLOSE] != 0:  # what to do: closed.py
-        status = call_close(problem.calls[CLOSE], problem, 3, t + h, h)
+    if problem.calls[CLOSE] != 0:
+        status = call_close(problem.calls[CLOSE], problem, AFTER_PIECE, t + h, h)
         if status != CONVERGED:
             return status
     clock[SINCE] += 1.0
@@ -120,7 +129,7 @@ def next_step(problem, anchor, h):
     if uphold != 0:
         call_uphold(uphold, model, data, work, 0.0, span[QN], span[VN])
     if closing != 0:
-        failed = call_close(closing, problem, 5, anchor + begin, h)
+        failed = call_close(closing, problem, BEFORE_NEXT, anchor + begin, h)
         if failed != CONVERGED:
             return failed
     while size >= SHORTEST * h:
@@ -131,7 +140,7 @@ def next_step(problem, anchor, h):
             length = until if until <= size * (1.0 + 1e-9) else 0.5 * until
         status, error = attempt(problem, here, length, first)
         if status == CONVERGED and closing != 0 and error <= 1.0:
-            status = call_close(closing, problem, 4, here + length, length)
+            status = call_close(closing, problem, AFTER_TRIAL, here + length, length)
         if status != CONVERGED:
             size = 0.25 * length
             for i in range(n):

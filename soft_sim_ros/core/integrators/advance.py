@@ -11,6 +11,8 @@ from soft_sim_ros.core.terms.touch import BEFORE, SAVED, keep_back, put_back
 from .newton import CONVERGED, TOO_FAR
 from .problem import (
     ADAPTIVE,
+    AFTER_PIECE,
+    BEFORE_PIECE,
     CLOSE,
     DISSIPATED,
     EVALUATIONS,
@@ -60,8 +62,8 @@ def fixed_step(problem, t, h):
     while done < h * (1.0 - 1e-9):
         pieces += 1
         here = t + done
-        if closing != 0:  # what to do: closed.py
-            unmet = call_close(closing, problem, 2, here, h)
+        if closing != 0:
+            unmet = call_close(closing, problem, BEFORE_PIECE, here, h)
             if unmet != CONVERGED:
                 for i in range(n):
                     q[i], v[i] = work.saved[Q, i], work.saved[V, i]
@@ -82,7 +84,7 @@ def fixed_step(problem, t, h):
         if status == CONVERGED and len(model.driven) > 0:
             bring(loads.drives, data.live.course, here + step, q, v)
         if status == CONVERGED and closing != 0:
-            status = call_close(closing, problem, 3, here + step, step)
+            status = call_close(closing, problem, AFTER_PIECE, here + step, step)
         if status == CONVERGED and too_far(model, work.before[Q], q):
             status = TOO_FAR
         if status == CONVERGED:

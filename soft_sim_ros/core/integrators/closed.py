@@ -14,11 +14,21 @@ from soft_sim_ros.core.terms.closures import TARGET, in_force, look_at_frames
 from soft_sim_ros.core.terms.driven import hold_still
 
 from .newton import CONVERGED, SINGULAR, UNMET
-from .problem import CQ, DISSIPATED, NO_FACTORS, RESIDUAL, TANGENT
+from .problem import (
+    AFTER_TRIAL,
+    BEFORE_NEXT,
+    BEFORE_PIECE,
+    CORRECT,
+    CQ,
+    DISSIPATED,
+    FACTOR,
+    NO_FACTORS,
+    QN,
+    RESIDUAL,
+    TANGENT,
+    VN,
+)
 
-# What ``close`` is asked to do: for Newton's method, before and after a piece of a step, for the
-# present state, for the end of a trial, for the start of the next step of the adaptive method.
-FACTOR, CORRECT, BEFORE, AFTER, TRIAL, NEXT = 0, 1, 2, 3, 4, 5
 GAP = 1e-4  # of the length, or rad: further apart frames cannot be while a constraint is made
 
 
@@ -31,11 +41,11 @@ def close(problem, what, t, h):
     if what == CORRECT:
         close_solve(model, data, work.system, work.residual)
         return CONVERGED
-    if what == BEFORE:
+    if what == BEFORE_PIECE:
         return make_and_release(problem, t, h, state.q, state.v)
-    if what == NEXT:
-        return make_and_release(problem, t, h, work.span[6], work.span[7])
-    if what == TRIAL:
+    if what == BEFORE_NEXT:
+        return make_and_release(problem, t, h, work.span[QN], work.span[VN])
+    if what == AFTER_TRIAL:
         met = meet(model, data, work.system, work.q, work.v, work.zero)
     else:
         met = meet(model, data, work.system, state.q, state.v, work.zero)

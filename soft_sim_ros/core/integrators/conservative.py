@@ -15,7 +15,7 @@ from soft_sim_ros.core.terms.forcing import apply_loads, damping_power, inside, 
 from .ledger import residual, stock
 from .newton import CONVERGED, UNBALANCED, largest
 from .predictor import judge, predict, remember
-from .problem import CLOSE, DISSIPATED, LOAD_WORK, STAGE, STEPS
+from .problem import AFTER_PIECE, CLOSE, DISSIPATED, LOAD_WORK, STAGE, STEPS
 
 # Velocities are not changed by more than this part in one step.
 MOST = 0.01
@@ -44,8 +44,8 @@ def conservative_step(problem, t, h):
         work.stage_a[0, i] = work.a[i]
         q[i] += h * work.v[i]
         v[i] += h * work.a[i]
-    if calls[CLOSE] != 0:  # what to do: closed.py
-        status = call_close(calls[CLOSE], problem, 3, t + h, h)
+    if calls[CLOSE] != 0:
+        status = call_close(calls[CLOSE], problem, AFTER_PIECE, t + h, h)
         if status != CONVERGED:
             return status
     ledger[DISSIPATED] += dissipated

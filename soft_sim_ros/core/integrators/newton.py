@@ -21,10 +21,12 @@ from soft_sim_ros.core.terms.maxwell import branch_forces, branch_tangent, relax
 
 from .problem import (
     CLOSE,
+    CORRECT,
     CORRECTION,
     CQ,
     CV,
     EVALUATIONS,
+    FACTOR,
     FACTORISATIONS,
     ITERATIONS,
     NO_FACTORS,
@@ -138,15 +140,14 @@ def solve_stage(problem, cq, cv, goal):
             if not factor(model, work.system):
                 work.key[CQ] = NO_FACTORS
                 return SINGULAR
-            # what to do: closed.py
-            if closing != 0 and call_close(closing, problem, 0, cq, 0.0) != CONVERGED:
+            if closing != 0 and call_close(closing, problem, FACTOR, cq, 0.0) != CONVERGED:
                 work.key[CQ] = NO_FACTORS
                 return SINGULAR
             stale = False
             refreshed = iteration
         solve(model, work.system, work.residual)
         if closing != 0:
-            call_close(closing, problem, 1, 0.0, 0.0)
+            call_close(closing, problem, CORRECT, 0.0, 0.0)
         for i in range(n):
             work.a[i] -= work.residual[i]
         size = cv * largest(model.weight, work.residual)

@@ -15,6 +15,11 @@ DIRK, ALPHA, ENERGY, ADAPTIVE = 0, 1, 2, 3
 STEPS, EVALUATIONS, FACTORISATIONS, ITERATIONS, REFUSED, REJECTED = 0, 1, 2, 3, 4, 5
 # Problem.calls: inverse_dynamics, tangent, solve_stage, uphold, the step of the method, close
 RESIDUAL, TANGENT, STAGE, UPHOLD, STEP, CLOSE = 0, 1, 2, 3, 4, 5
+# What CLOSE is asked to do (closed.py): for Newton's method, before and after a piece of a step,
+# for the end of a trial, for the start of the next step of the adaptive method
+FACTOR, CORRECT, BEFORE_PIECE, AFTER_PIECE, AFTER_TRIAL, BEFORE_NEXT = 0, 1, 2, 3, 4, 5
+# Work.span
+Q0, V0, A0, Q1, V1, A1, QN, VN = 0, 1, 2, 3, 4, 5, 6, 7
 # State.ledger
 DISSIPATED, LOAD_WORK = 0, 1
 # State.account, the rest of what the ledger is made of

@@ -18,7 +18,6 @@ import numpy as np
 
 from soft_sim_ros.core.algebra.linalg import lu_factor, lu_solve, row_dot
 from soft_sim_ros.core.backend.jit import bare, kernel, unit
-from soft_sim_ros.core.terms.actuators import actuation
 from soft_sim_ros.core.terms.closures import (
     TURN,
     bends,
@@ -28,10 +27,9 @@ from soft_sim_ros.core.terms.closures import (
     push_frames,
     senses,
 )
-from soft_sim_ros.core.terms.fibres import fibre_forces
 
 from .elimination import before, rows, solve
-from .rnea import internal_forces, kinematics, place, project, strains
+from .rnea import coordinate_forces, kinematics, place, project, strains
 
 # A row is left out if what others do not hold of it moves less than this, over what it moves …
 DEPENDENT = 1e-10
@@ -56,10 +54,7 @@ def closed_dynamics(model, data, q, v, a, r):
     push_frames(model.closures, data)
     project(model, data, r)
     let_go(model.closures, data)
-    internal_forces(model, q, v, r)
-    if len(model.fibres.block) > 0:
-        fibre_forces(model.fibres, data.section, q, r)
-    actuation(model, data, q, r)
+    coordinate_forces(model, data, q, v, r)
 
 
 @unit

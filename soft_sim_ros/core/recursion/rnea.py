@@ -259,6 +259,15 @@ def internal_forces(model, q, v, r):
             r[i] += model.stiffness[e] * q[j] + model.damping[e] * v[j]
 
 
+@kernel
+def coordinate_forces(model, data, q, v, r):
+    """Add what acts on the coordinates themselves: elasticity, viscosity, actuators."""
+    internal_forces(model, q, v, r)
+    if len(model.fibres.block) > 0:
+        fibre_forces(model.fibres, data.section, q, r)
+    actuation(model, data, q, r)
+
+
 @unit
 def inverse_dynamics(model, data, q, v, a, r):
     """Fill r with the residual of the motion (q, v, a) under the loads and efforts in data."""
@@ -271,7 +280,4 @@ def inverse_dynamics(model, data, q, v, a, r):
     if data.active[0] != 0 or placed:
         place(model, data)
     project(model, data, r)
-    internal_forces(model, q, v, r)
-    if len(model.fibres.block) > 0:
-        fibre_forces(model.fibres, data.section, q, r)
-    actuation(model, data, q, r)
+    coordinate_forces(model, data, q, v, r)

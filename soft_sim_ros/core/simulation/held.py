@@ -7,9 +7,8 @@ import numpy as np
 from soft_sim_ros.core.arguments import number, vector
 from soft_sim_ros.core.backend.interrupts import wholly
 from soft_sim_ros.core.floats import Floats
-from soft_sim_ros.core.model.model import Live
 from soft_sim_ros.errors import BadArgument
-from soft_sim_ros.scene.joint import SHIFT, TURN
+from soft_sim_ros.scene.joint import LABELS
 
 from .course import course_to
 from .posed import coordinates_of, posed_joints, rates_of
@@ -98,8 +97,9 @@ class Holding(Twins):
         goal = None if position is None else number("position", position) - own.start
         rate = None if velocity is None else number("velocity", velocity)
         lasts = own.within if within is None else number("within", within)
-        if not lasts > 0.0:
-            raise BadArgument("within", within, "a time in s above zero")
+        if not lasts * 1e9 >= self.step_ns - 0.5:
+            expected = f"at least the step of {self.step_ns * 1e-9:g} s, which has to show the way"
+            raise BadArgument("within", within, expected)
         column = self.compiled.coordinate_names.index(name)
         row = self.compiled.loads.drives.column.tolist().index(column)
         told = self.dynamics.guided(self._now, self._held.live)
@@ -138,7 +138,7 @@ class Holding(Twins):
             expected = f"one of the free joints {', '.join(frames) or '(none)'} that follow poses"
             raise BadArgument("joint", joint, expected)
         pose = vector("pose", pose, 7, finite=True)
-        names = [f"{joint}/{label}" for label in (*TURN, *SHIFT)]
+        names = [f"{joint}/{label}" for label in LABELS["free"]]
         now = [self.q[self.compiled.coordinate_names.index(name)] for name in names[:3]]
         goal = coordinates_of(frames[joint], pose, np.array(now))
         rates = np.zeros(6)
@@ -146,20 +146,6 @@ class Holding(Twins):
             rates = rates_of(goal, vector("twist", twist, 6, finite=True))
         for name, position, rate in zip(names, goal.tolist(), rates.tolist(), strict=True):
             self.set_driven(name, position, rate, within)
-
-    def held(self) -> tuple[Floats, Floats, bool]:
-        """Return the efforts (A,) held now, the wrench (6,) on the tip, and whether it follows it.
-
-        The wrench is along world axes, or along those of the tip if it follows.
-        """
-        held, turn = self._held, self.compiled.base[:3, :3]
-        follows = bool(held.follows[0])
-        wrench = held.tip if follows else (turn @ held.tip.reshape(2, 3).T).T.ravel()
-        return held.effort.copy(), wrench.copy(), follows
-
-    def live(self) -> Live:
-        """Return what is commanded besides, for `Equations.forcing`."""
-        return Live(*(array.copy() for array in self._held.live))
 
     def driven(self) -> tuple[Floats, Floats, Floats]:
         """Return position, rate and force (C,) of the driven coordinates that follow commands.

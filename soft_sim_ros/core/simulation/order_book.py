@@ -28,7 +28,6 @@ from .orders import (
     numbers,
     require_finite,
 )
-from .posed import posed_joints
 
 
 class OrderBook:
@@ -62,8 +61,7 @@ class OrderBook:
         known = (*self.names, *self.commanded)
         self._known = listed(known, MOST_NAMES, bare)
         self._poses = {
-            joint: tuple(f"{joint}/{label}" for label in LABELS["free"])
-            for joint in posed_joints(scene)
+            joint: tuple(f"{joint}/{label}" for label in LABELS["free"]) for joint in scene.posed
         }
 
     def effort_order(self, efforts: Sequence[float] | np.ndarray) -> Order:

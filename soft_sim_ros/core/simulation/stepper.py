@@ -27,7 +27,7 @@ from soft_sim_ros.core.integrators.problem import (
     new_work,
 )
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.model.model import new_data, new_live
+from soft_sim_ros.core.model.model import Live, new_data, new_live
 from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.errors import BadArgument, OtherModel
 
@@ -116,6 +116,20 @@ class Stepper:
     def time(self) -> float:
         """Simulation time in s."""
         return self.time_ns / 1e9
+
+    def held(self) -> tuple[Floats, Floats, bool]:
+        """Return the efforts (A,) held now, the wrench (6,) on the tip, and whether it follows it.
+
+        The wrench is along world axes, or along those of the tip if it follows.
+        """
+        held, turn = self._held, self.compiled.base[:3, :3]
+        follows = bool(held.follows[0])
+        wrench = held.tip if follows else (turn @ held.tip.reshape(2, 3).T).T.ravel()
+        return held.effort.copy(), wrench.copy(), follows
+
+    def live(self) -> Live:
+        """Return what is commanded besides, for `Equations.forcing`."""
+        return Live(*(array.copy() for array in self._held.live))
 
     def state(self) -> SimulationState:
         """Return all that decides how it goes on, as an immutable value.
@@ -226,14 +240,12 @@ class Stepper:
 
     def _meet(self) -> None:
         """Put the state onto the constraints that act now, and note what they do."""
-        n, closed, dynamics, held = self.n_coordinates, self._closed, self.dynamics, self._held
+        n, closed, dynamics = self.n_coordinates, self._closed, self.dynamics
         self._tell()
         self._q[:n], self._v[:n] = dynamics.met(self.q, self.v, self.time)
-        tip, follows = held.tip, bool(held.follows[0])
-        if not follows:
-            tip = (self.compiled.base[:3, :3] @ tip.reshape(2, 3).T).T.ravel()
+        efforts, tip, follows = self.held()
         dynamics.reactions_of_constraints(
-            self.q, self.v, held.effort, self.time, tip, follows, held.live
+            self.q, self.v, efforts, self.time, tip, follows, self._held.live
         )
         own = dynamics.scratch.closed
         closed.on[:], closed.multiplier[:] = own.on, own.multiplier
