@@ -6,7 +6,6 @@ from closed import SLACK, at, bar, four_bar, held_rod
 from forests import place, rod
 from scenes import scene_of
 
-from soft_sim_ros.core.analysis.inverse_kinematics import inverse_kinematics
 from soft_sim_ros.core.mechanics.scipy_adapter import FirstOrder
 from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import Diverged, NoSuchPlace, NotMet, SceneError
@@ -214,7 +213,6 @@ def test_a_constraint_made_where_frames_are_apart_stops_the_run():
     "use",
     [
         lambda dynamics: FirstOrder(dynamics),
-        lambda dynamics: inverse_kinematics(dynamics, np.zeros(3)),
         lambda dynamics: dynamics.internal_wrench(np.zeros(dynamics.n)),
     ],
 )

@@ -4,9 +4,10 @@ The tip follows the efforts τ through equilibria r(q, τ) = 0, so with y the ti
 
     dq/dτ = K⁻¹ B,    dy/dτ = J K⁻¹ B,
 
-K the exact stiffness under all loads and B the generalised forces of unit efforts. Gauss–Newton
-steps with these sensitivities, bounded by limits and by a trust region, meet the target; steps
-that keep it to first order, each followed by steps back to it, then make the effort least.
+K the exact stiffness under all loads and B the generalised forces of unit efforts, both in the
+directions that constraints leave free. Gauss–Newton steps with these sensitivities, bounded by
+limits and by a trust region, meet the target; steps that keep it to first order, each followed by
+steps back to it, then make the effort least.
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ from scipy.optimize import lsq_linear
 from soft_sim_ros.core.arguments import vector
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
-from soft_sim_ros.core.mechanics.history import refuse_constraints
 from soft_sim_ros.core.refine.space_error import Forcing, tell_if_coarse
 from soft_sim_ros.errors import StaticsFailed, TargetUnreachable
 
@@ -83,7 +83,6 @@ def inverse_kinematics(
     Which of several solutions is found depends on the start. If both position and orientation
     are asked for, an arm length counts as much as a radian.
     """
-    refuse_constraints(dynamics.compiled.scene, "inverse kinematics")
     task = make_task(dynamics, position, rotation, limits, weights, tolerance, frame)
     task.loads = {"time": time, "tip": tip, "tip_follows": tip_follows}
     best: Point | None = None

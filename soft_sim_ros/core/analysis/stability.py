@@ -98,13 +98,17 @@ def verdict(dynamics: Dynamics, mask: np.ndarray | None = None, time: float = 0.
     return Verdict(len(growing), float(fastest.real), hertz, undamped)
 
 
-def unstable_directions(dynamics: Dynamics, mask: np.ndarray | None = None) -> int:
+def unstable_directions(
+    dynamics: Dynamics, mask: np.ndarray | None = None, time: float = 0.0
+) -> int:
     """Return in how many ways the arm leaves the equilibrium of the last residual by itself.
+
+    What constraints hold at ``time`` in s does not move.
 
     With a symmetric K, the number of its negative eigenvalues; without symmetry, the number of
     motions e^{st} with Re s > 0, those that swing included.
     """
-    return verdict(dynamics, mask).unstable
+    return verdict(dynamics, mask, time).unstable
 
 
 def scaled_stiffness(dynamics: Dynamics, stiffness: Floats) -> tuple[Floats, Floats]:

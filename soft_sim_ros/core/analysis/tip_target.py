@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.arguments import real
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.closing import free_directions
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 
 from .statics import equilibrium
@@ -37,6 +38,8 @@ def tip_sensitivity(
 ) -> Sensitivity:
     """Return the exact derivative of an equilibrium with respect to the efforts.
 
+    With constraints, the arm moves in the directions that they leave free.
+
     Parameters
     ----------
     q : (n,) the equilibrium under ``efforts`` (A,), the loads at ``time`` and the wrench ``tip``
@@ -49,7 +52,13 @@ def tip_sensitivity(
     """
     zero = np.zeros(dynamics.n)
     stiffness = dynamics.tangents(q, zero, zero, efforts, time, tip, tip_follows)[0]
-    slope: Floats = np.asarray(np.linalg.solve(stiffness, dynamics.effort_matrix(q, efforts)))
+    everything = np.ones(dynamics.n, dtype=bool)
+    ways = free_directions(dynamics, everything, time, dynamics.model.weight)
+    push = dynamics.effort_matrix(q, efforts)
+    if ways is None:
+        slope: Floats = np.asarray(np.linalg.solve(stiffness, push))
+    else:
+        slope = ways @ np.linalg.solve(ways.T @ stiffness @ ways, ways.T @ push)
     node = dynamics.compiled.node_of(frame)
     rotation = dynamics.node_poses(q)[node, :3, :3]
     twist = dynamics.jacobians(q, zero)[0][node] @ slope

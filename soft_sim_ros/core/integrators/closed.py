@@ -9,6 +9,7 @@ error, and is taken back (``recursion/closing.py``), so nothing drifts.
 from soft_sim_ros.core.backend.jit import call_residual, call_tangent, kernel, unit
 from soft_sim_ros.core.recursion.closing import close_factor, close_solve, meet, stop_short
 from soft_sim_ros.core.recursion.elimination import factor
+from soft_sim_ros.core.recursion.output import energies
 from soft_sim_ros.core.recursion.rnea import kinematics, place, strains
 from soft_sim_ros.core.terms.closures import TARGET, in_force, look_at_frames
 from soft_sim_ros.core.terms.driven import hold_still
@@ -21,7 +22,9 @@ from .problem import (
     CORRECT,
     CQ,
     DISSIPATED,
+    END,
     FACTOR,
+    LOAD_WORK,
     NO_FACTORS,
     QN,
     RESIDUAL,
@@ -42,9 +45,9 @@ def close(problem, what, t, h):
         close_solve(model, data, work.system, work.residual)
         return CONVERGED
     if what == BEFORE_PIECE:
-        return make_and_release(problem, t, h, state.q, state.v)
+        return make_and_release(problem, t, h, state.q, state.v, state.ledger)
     if what == BEFORE_NEXT:
-        return make_and_release(problem, t, h, work.span[QN], work.span[VN])
+        return make_and_release(problem, t, h, work.span[QN], work.span[VN], work.booked[END])
     if what == AFTER_TRIAL:
         met = meet(model, data, work.system, work.q, work.v, work.zero)
     else:
@@ -53,8 +56,11 @@ def close(problem, what, t, h):
 
 
 @unit
-def make_and_release(problem, t, h, q, v):
-    """Let constraints act that do from t in s on, in a piece of a step of about h; v may jump."""
+def make_and_release(problem, t, h, q, v, ledger):
+    """Let constraints act that do from t in s on, in a piece of a step of about h; v may jump.
+
+    What that loses, and what drives that keep their rates give, goes into a ledger.
+    """
     model, data, work = problem.model, problem.data, problem.work
     closures, closed = model.closures, data.closed
     changed, made = False, False
@@ -93,10 +99,15 @@ def make_and_release(problem, t, h, q, v):
         hold_still(model, work.system)
     if not factor(model, work.system) or not close_factor(model, data, work.system, 0.0):
         return SINGULAR
+    before = 0.0
+    if len(model.driven) > 0:
+        before = energies(model, data, q, v, work.zero)[0]
     loss = stop_short(model, data, work.system, q, v, work.zero)
     if not loss >= 0.0:
         return SINGULAR
-    problem.state.ledger[DISSIPATED] += loss
+    ledger[DISSIPATED] += loss
+    if len(model.driven) > 0:
+        ledger[LOAD_WORK] += energies(model, data, q, v, work.zero)[0] - before + loss
     return CONVERGED if meet(model, data, work.system, q, v, work.zero) else UNMET
 
 

@@ -62,6 +62,9 @@ SLOW = 0.2
 AGEING, FASTEST = 1.1, 0.03
 # A last correction that is smaller, over the goal, does not bend a bristle.
 SETTLED = 1e-3
+# Two corrections in a row that are smaller, over the goal, end an iteration with constraints: where
+# they hold all that could move, corrections are round-off and contract no further.
+STILL = 1e-2
 
 
 @unit
@@ -164,6 +167,8 @@ def solve_stage(problem, cq, cv, goal):
         else:
             rate = size / before if before > 0.0 else 0.0
             left = size * rate / (1.0 - rate) if rate < 1.0 else math.inf
+            if closing != 0 and max(size, before) <= STILL * goal:
+                left = size
             if iteration > refreshed:
                 known = 0.8 * work.rate[0] if work.rate[0] < 1.0 else 0.0
                 work.rate[0] = min(1.0, max(rate, known))

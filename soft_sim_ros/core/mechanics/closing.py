@@ -33,7 +33,7 @@ class Closing:
         self.dynamics, self.constraints = dynamics, dynamics.constraints
         self.acting: NDArray[np.bool_] = self.constraints.acting(time)
         self.multipliers = np.zeros(self.constraints.rows)
-        self._held = dynamics.compiled.model.closures.target.copy()
+        self._held = dynamics.scratch.closed.held[:, TARGET:].copy()  # where ``hold`` has put them
         self._turns = [np.zeros(3) for _ in self.constraints.names]
         self._gap = np.zeros(self.constraints.rows)
         zero = np.zeros(dynamics.n)
@@ -105,9 +105,7 @@ class Closing:
 
     def contradicted(self) -> NotMet:
         """Return the error for rows that cannot all be met."""
-        name, distance, angle = self.constraints.worst(self.acting)
-        why = "it contradicts another one, or nothing can move that way"
-        return NotMet(name, distance, angle, why)
+        return self.constraints.contradicted(self.acting)
 
 
 def _shortest(axis: Floats, between: Floats) -> Floats:

@@ -15,8 +15,8 @@ from soft_sim_ros.core.recursion.columns import node_jacobians
 from soft_sim_ros.core.terms.closures import MODE, TURN, bends, in_force_now, lever
 from soft_sim_ros.errors import NoSuchPlace, NotMet
 
-# Rows that move less than this, over the row that moves most, are implied by others.
-DEPENDENT = 1e-9
+from .redundancy import DEPENDENT, Redundancy, redundancies
+
 GAP = 1e-3  # of the length, or rad: so far a state may be off and is still put right
 
 
@@ -194,6 +194,28 @@ class Constraints:
         if not (distance <= limit * self._model.closures.length[0] and angle <= limit):
             why = "initial.state: equilibrium closes such gaps, or give it where its frames are"
             raise NotMet(name, distance, angle, why)
+
+    def redundant(self, acting: NDArray[np.bool_]) -> dict[str, Redundancy]:
+        """Return which constraints say what others before them say, at the last residual."""
+        rows = self.jacobian() / self._model.weight / self.unit[:, None]
+        parts = [(name, rows[self.rows_of(k)]) for k, name in enumerate(self.names)]
+        chosen = [
+            (name, part) for k, (name, part) in enumerate(parts) if acting[self.rows_of(k)].any()
+        ]
+        return redundancies([name for name, _ in chosen], [part for _, part in chosen])
+
+    def contradicted(self, acting: NDArray[np.bool_]) -> NotMet:
+        """Return the error for rows that cannot all be met: the worst, and what it contradicts."""
+        name, distance, angle = self.worst(acting)
+        others = dict.fromkeys(
+            one
+            for late, found in self.redundant(acting).items()
+            for one in (late, *found.beside)
+            if name in (late, *found.beside) and one != name
+        )
+        by = ", ".join(others)
+        why = f"it contradicts {by}" if by else "it asks for more than joints and rods can do"
+        return NotMet(name, distance, angle, why)
 
     def states(self) -> dict[str, float]:
         """Return of each constraint whether it is released, held or goes by its schedule."""

@@ -23,10 +23,11 @@ from soft_sim_ros.core.recursion.rnea import inverse_dynamics
 from soft_sim_ros.core.recursion.tangent import tangent
 from soft_sim_ros.core.terms.driven import hold_still, known_motions
 from soft_sim_ros.core.terms.forcing import apply_loads
-from soft_sim_ros.errors import BadArgument, NotMet
+from soft_sim_ros.errors import BadArgument
 from soft_sim_ros.scene import Scene
 
 from .closures import Constraints, Reaction
+from .redundancy import Redundancy
 
 
 class Equations:
@@ -88,6 +89,7 @@ class Equations:
     def _twin(self, memo: dict[int, Any] | None) -> Equations:
         new = type(self)(self.compiled)
         new.carry(self.attached)
+        new._data.closed.held[:] = self._data.closed.held
         if memo is not None:
             memo[id(self)] = new
         take_rest(new, self, memo)
@@ -241,6 +243,14 @@ class Equations:
         found = data.closed.multiplier.copy()
         return {name: self.constraints.reaction(name, found) for name in self.constraints.names}
 
+    def redundant_constraints(self, q: Floats, time: float = 0.0) -> dict[str, Redundancy]:
+        """Return which constraints say at q (n,) what others before them say, at a time in s.
+
+        These rows are left out of every step, and their multipliers are zero.
+        """
+        self.residual(self.coordinates(q), self._zero, self._zero, self.forcing(time=time))
+        return self.constraints.redundant(self.constraints.acting(time))
+
     def met(self, q: Floats, v: Floats, time: float = 0.0) -> tuple[Floats, Floats]:
         """Return the state (n,), (n,) nearest by its mass that meets the constraints at a time.
 
@@ -258,8 +268,7 @@ class Equations:
         self.constraints.refuse_gap(acting)
         self._factor_mass(time)
         if not meet(self.model, self._data, self._system, q, v, self._zero):
-            name, distance, angle = self.constraints.worst(acting)
-            raise NotMet(name, distance, angle, "it contradicts another one, or nothing can move")
+            raise self.constraints.contradicted(acting)
         return q, v
 
     def _command(self, live: Live | None) -> None:

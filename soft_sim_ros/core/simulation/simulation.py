@@ -13,7 +13,7 @@ from soft_sim_ros.core.backend.interrupts import next_pace, wholly
 from soft_sim_ros.core.compile.samples import at_node
 from soft_sim_ros.core.compile.scene import Compiled, compile_scene
 from soft_sim_ros.core.floats import Floats
-from soft_sim_ros.core.integrators.newton import REASONS
+from soft_sim_ros.core.integrators.newton import REASONS, SINGULAR, UNMET
 from soft_sim_ros.core.integrators.problem import (
     EVALUATIONS,
     FACTORISATIONS,
@@ -155,7 +155,6 @@ class Simulation(Carrying):
         """
         constraints = self.dynamics.constraints
         k = constraints.index(name)
-        self._tell()
         self.dynamics.residual(self.q, self.v, self.v, self.dynamics.forcing(time=self.time))
         acting = np.zeros(constraints.rows, dtype=bool)
         acting[constraints.rows_of(k)] = True
@@ -173,7 +172,6 @@ class Simulation(Carrying):
 
     def reactions(self) -> dict[str, Reaction]:
         """Return what every constraint does now: force and moment on its first frame."""
-        self._tell()
         dynamics, (efforts, tip, follows) = self.dynamics, self.held()
         if self.scene.numerics.integrator == "adaptive":
             return dynamics.reactions_of_constraints(
@@ -204,12 +202,27 @@ class Simulation(Carrying):
         while True:
             begin = time.perf_counter()
             if status := entry.advance(step_ns, last - index, self._pace):
-                raise Diverged(self.time, REASONS[status])
+                raise Diverged(self.time, REASONS[status] + self._unmet(status))
             index = made.item()
             if index >= last:
                 return
             # grouping does not change results, so it may depend on the speed of the machine
             self._pace = next_pace(self._pace, time.perf_counter() - begin)
+
+    def _unmet(self, status: int) -> str:
+        """Return which constraint a step cannot meet, and by how much, where that is the reason.
+
+        Where the first step after the last good state would find it if only drives moved.
+        """
+        if status not in (UNMET, SINGULAR) or not len(self.dynamics.constraints):
+            return ""
+        dynamics, ahead = self.dynamics, self.time + 1e-9 * self.step_ns
+        told = dynamics.guided(ahead, self._held.live)[0]
+        q, still = np.where(dynamics.free, self.q, told), np.zeros(self.n_coordinates)
+        dynamics.residual(q, still, still, dynamics.forcing(time=ahead))
+        constraints = dynamics.constraints
+        acting = constraints.acting(self.time) | constraints.acting(ahead)
+        return f": {constraints.contradicted(acting)}" if acting.any() else ""
 
     def ports(self) -> tuple[Floats, Floats, Floats]:
         """Return position, velocity and effort (A,) of the actuator ports.

@@ -75,10 +75,13 @@ class Stepper:
             follows=np.zeros(1, dtype=np.int64),
             live=new_live(len(compiled.loads.push), len(stepped.driven)),
         )
+        data = new_data(stepped, len(compiled.loads.push))
+        # one array for both: the equations know at any time what is held, and where
+        told = self.dynamics.scratch.closed.held
         self._problem = Problem(
             model=stepped,
             loads=compiled.loads,
-            data=new_data(stepped, len(compiled.loads.push)),
+            data=data._replace(closed=data.closed._replace(held=told)),
             work=self._work,
             method=method,
             held=self._held,
@@ -241,7 +244,6 @@ class Stepper:
     def _meet(self) -> None:
         """Put the state onto the constraints that act now, and note what they do."""
         n, closed, dynamics = self.n_coordinates, self._closed, self.dynamics
-        self._tell()
         self._q[:n], self._v[:n] = dynamics.met(self.q, self.v, self.time)
         efforts, tip, follows = self.held()
         dynamics.reactions_of_constraints(
@@ -249,10 +251,6 @@ class Stepper:
         )
         own = dynamics.scratch.closed
         closed.on[:], closed.multiplier[:] = own.on, own.multiplier
-
-    def _tell(self) -> None:
-        """Let the equations know which constraints are held, and where."""
-        self.dynamics.scratch.closed.held[:] = self._closed.held
 
     def _to_start(self) -> None:
         """Go to the state that the scene begins in; the first of a model finds it for all."""
