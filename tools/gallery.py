@@ -1,7 +1,7 @@
-"""Draw scenes as docs/forest.md, fluid.md and contact.md show them: ``python tools/gallery.py``.
+"""Draw scenes as docs/forest.md, fluid.md and others show them: ``python tools/gallery.py``.
 
-Each is simulated from its start under the efforts below, and drawn at some instants in one
-picture, earlier ones paler. Shapes and colours are those of the viewer (soft_sim_ros/viewing).
+Each is simulated from its start under the efforts and drives below, and drawn at some instants in
+one picture, earlier ones paler. Shapes and colours are those of the viewer (soft_sim_ros/viewing).
 """
 
 from __future__ import annotations
@@ -42,12 +42,15 @@ class Shot:
     efforts : of actuators by name; all others are zero
     view : elevation and azimuth in degrees
     page : of docs/, beside which its folder is
+    drives : where driven joints that follow commands go within the time of the first instant
+        after 0, in m or rad
     """
 
     times: tuple[float, ...]
     efforts: dict[str, float]
     view: tuple[float, float]
     page: str = "forest"
+    drives: dict[str, float] = field(default_factory=dict)
 
 
 SHOTS = {
@@ -71,6 +74,14 @@ SHOTS = {
     "swimmer": Shot((0.0, 5.0, 8.0), {"steer": 0.01}, (58.0, -84.0), "fluid"),
     "table": Shot((0.0, 1.0), {"left": 25.0}, (24.0, -60.0), "contact"),
     "corner": Shot((0.0, 1.0), {"left": 20.0}, (24.0, -50.0), "contact"),
+    "closed_arch": Shot(
+        (0.0, 1.0), {"sway_near": 0.03, "sway_far": 0.03}, (16.0, -65.0), "constraints",
+        {"carriage": -0.12},
+    ),
+    "parallel_robot": Shot(
+        (0.0, 1.0), {}, (16.0, -55.0), "constraints",
+        {"slide_1": 0.05, "slide_2": 0.05, "slide_3": 0.03, "slide_6": 0.02},
+    ),
 }  # fmt: skip
 
 
@@ -179,6 +190,8 @@ def draw(name: str) -> Figure:
         canvas.colour[:] = shape.colour
     efforts = [shot.efforts.get(actuator.name, 0.0) for actuator in simulation.scene.actuators]
     simulation.set_efforts(efforts)
+    for joint, goal in shot.drives.items():
+        simulation.set_driven(joint, goal)
     step, done = simulation.scene.numerics.step, 0
     faces, colours, strokes, inks, widths = [], [], [], [], []
     for number, time in enumerate(shot.times, 1):

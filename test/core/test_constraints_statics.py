@@ -24,6 +24,7 @@ from soft_sim_ros.core.analysis.stability import verdict
 from soft_sim_ros.core.analysis.statics import equilibrium
 from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import StaticsFailed
+from soft_sim_ros.scene import load_scene
 
 LENGTH, RADIUS, YOUNG = 0.5, 0.01, 1e6
 SECTION, SECOND = np.pi * RADIUS**2, np.pi * RADIUS**4 / 4.0
@@ -193,3 +194,16 @@ def test_a_parallel_robot_that_is_let_go_keeps_its_energy():
     assert kinetic > 1e-7
     assert (work, lost) == (0.0, 0.0)
     assert abs(residual) < 1e-9 * elastic
+
+
+def test_the_packaged_robot_stands_as_an_own_shooting_solution_says():
+    """By itself, with nobody's hand at the platform, its rods neither stretched nor sheared."""
+    simulation = Simulation(load_scene("parallel_robot"))
+    found = simulation.reactions()
+    place = simulation.dynamics.node_poses(simulation.q)[-1, :3, 3]
+    np.testing.assert_allclose(place, HEIGHT, atol=2e-4)
+    for i in (0, 2, 4):
+        weight = [0.0, 0.0, DENSITY * AREA * GRAVITY * LENGTHS[i]]
+        expected = hinged(i)[:3]
+        force = found[f"hole_{i + 1}"].force - weight
+        np.testing.assert_allclose(force, expected, atol=0.02 * np.abs(expected).max())

@@ -1,4 +1,4 @@
-"""Packaged scenes of branches, with contact or in a fluid have a picture, and what draws it."""
+"""Packaged scenes of branches, with contact, constraints or in a fluid have a picture, and what draws it."""
 
 import sys
 from pathlib import Path
@@ -8,12 +8,18 @@ import pytest
 from soft_sim_ros.scene import load_scene, packaged_scenes
 
 ROOT = Path(__file__).parents[2]
-BRANCHED = [name for name in packaged_scenes() if load_scene(name).attachments]
+HELD = [name for name in packaged_scenes() if load_scene(name).constraints]
+BRANCHED = [name for name in packaged_scenes() if load_scene(name).attachments and name not in HELD]
 TOUCHING = [name for name in packaged_scenes() if load_scene(name).environment]
 SWIMMING = [name for name in packaged_scenes() if load_scene(name).fluid is not None]
 SHOWN = [
     (page, name)
-    for page, names in (("forest", BRANCHED), ("contact", TOUCHING), ("fluid", SWIMMING))
+    for page, names in (
+        ("forest", BRANCHED),
+        ("contact", TOUCHING),
+        ("fluid", SWIMMING),
+        ("constraints", HELD),
+    )
     for name in names
 ]
 
@@ -22,6 +28,7 @@ def test_there_are_some():
     assert {"two_arms", "hand", "branched", "mobile_arm"} <= set(BRANCHED)
     assert {"table", "corner"} <= set(TOUCHING)
     assert "swimmer" in SWIMMING
+    assert {"closed_arch", "parallel_robot"} <= set(HELD)
 
 
 @pytest.mark.parametrize(("page", "name"), SHOWN)
