@@ -17,7 +17,7 @@ import numpy as np
 
 from soft_sim_ros.recording.scan import Scan
 
-STAMPED = ("backbone", "joint_states", "strain_state", "tip_pose")
+STAMPED = ("backbone", "joint_states", "strain_state", "tip_pose", "contacts", "reaction")
 PAIRED = "energy"  # published with them, but without a stamp of its own
 _SECOND = 1_000_000_000  # ns
 Message = tuple[int, int, bytes]

@@ -36,6 +36,10 @@ class Layout:
         self._bytes += int(value).to_bytes(4, "little")
         return self
 
+    def byte(self, value: int) -> Layout:
+        self._bytes.append(value)
+        return self
+
     def text(self, value: str) -> Layout:
         data = value.encode() + b"\0"
         self.unsigned(len(data))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from soft_sim_ros.errors import SoftSimError
 from soft_sim_ros.recording import topics
+from soft_sim_ros.recording.cloud import Cloud, points_of
 
 CLOCK = "rosgraph_msgs/msg/Clock"
 Floats = NDArray[np.float64]
@@ -47,6 +48,9 @@ class _Walk:
         self.texts: list[str] = []
         self.blocks: list[tuple[int, int]] = []  # (offset in bytes, number of doubles)
         self.fixed: list[slice] = [slice(0, 2)]  # bytes that make the layout
+        self.fields: list[tuple[str, int, int]] = []  # of a cloud: name, offset, type
+        self.points = slice(0)  # of a cloud: its bytes
+        self.step = 0
 
     def _take(self, size: int, align: int) -> int:
         start = self.at + -(self.at - 4) % align
@@ -68,6 +72,11 @@ class _Walk:
 
     def texts_of(self, count: int) -> None:
         self.texts = [self.text() for _ in range(count)]
+
+    def byte(self) -> int:
+        start = self._take(1, 1)
+        self.fixed.append(slice(start, start + 1))
+        return self.data[start]
 
     def time(self) -> None:
         self.stamp = self._take(8, 4)
@@ -119,6 +128,23 @@ def _float_array(walk: _Walk) -> None:
     walk.doubles(walk.unsigned())
 
 
+def _cloud(walk: _Walk) -> None:
+    walk.header()
+    height, width = walk.unsigned(), walk.unsigned()
+    for _ in range(walk.unsigned()):
+        name, offset, kind = walk.text(), walk.unsigned(), walk.byte()
+        walk.fields.append((name, offset, kind))
+        walk.unsigned()
+    backwards, walk.step = walk.byte(), walk.unsigned()
+    walk.unsigned()
+    size = walk.unsigned()
+    if backwards or size != height * width * walk.step:
+        raise ValueError(f"{size} bytes for {height} × {width} points of {walk.step} bytes")
+    start = walk._take(size, 1)
+    walk.points = slice(start, start + size)
+    walk.byte()
+
+
 _WALKS: dict[str, Callable[[_Walk], None]] = {
     topics.POSES: _pose_array,
     topics.POSE: _pose_stamped,
@@ -126,6 +152,7 @@ _WALKS: dict[str, Callable[[_Walk], None]] = {
     topics.JOINTS: _joint_state,
     topics.ODOMETRY: _odometry,
     topics.FLOATS: _float_array,
+    topics.CLOUD: _cloud,
     topics.STRING: lambda walk: walk.texts_of(1),
     CLOCK: _Walk.time,
 }
@@ -264,7 +291,7 @@ class Odometry:
     twist: Floats
 
 
-Decoded = FloatArray | JointState | Poses | Wrench | Odometry | str | int
+Decoded = FloatArray | JointState | Poses | Wrench | Odometry | Cloud | str | int
 
 
 def decode(message_type: str, data: bytes) -> Decoded:
@@ -274,6 +301,12 @@ def decode(message_type: str, data: bytes) -> Decoded:
     if walk.stamp is not None:
         seconds, nanoseconds = struct.unpack_from(f"{walk.order}iI", data, walk.stamp)
         stamp = seconds * 1_000_000_000 + nanoseconds
+    if message_type == topics.CLOUD:
+        try:
+            points = points_of(walk.fields, walk.step, data[walk.points])
+        except ValueError as reason:
+            raise DecodeError(message_type, len(data), str(reason)) from reason
+        return Cloud(stamp, walk.frame_id, points)
     kind = _DOUBLE[walk.order]
     blocks = [np.frombuffer(data, kind, n, at).astype(np.float64) for at, n in walk.blocks]
     if message_type == topics.STRING:

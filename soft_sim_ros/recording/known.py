@@ -36,7 +36,7 @@ def find_known(path: Path, channels: Sequence[Channel], node: str | None) -> dic
         alone = [
             index
             for index in own
-            if key not in topics.DRIVES
+            if key not in topics.NAMED
             and index not in members
             and _last(channels[index].topic) == last
             and wanted in (None, channels[index].topic)

@@ -35,6 +35,16 @@ DEFINITIONS: dict[str, str] = {
         "std_msgs/Header header\n"
         "string[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n"
     ),
+    "sensor_msgs/msg/PointCloud2": (
+        "std_msgs/Header header\n"
+        "uint32 height\nuint32 width\nPointField[] fields\nbool is_bigendian\n"
+        "uint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n"
+    ),
+    "sensor_msgs/msg/PointField": (
+        "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\n"
+        "uint8 INT32=5\nuint8 UINT32=6\nuint8 FLOAT32=7\nuint8 FLOAT64=8\n"
+        "string name\nuint32 offset\nuint8 datatype\nuint32 count\n"
+    ),
     "std_msgs/msg/Float64MultiArray": "MultiArrayLayout layout\nfloat64[] data\n",
     "std_msgs/msg/Header": "builtin_interfaces/Time stamp\nstring frame_id\n",
     "std_msgs/msg/MultiArrayDimension": "string label\nuint32 size\nuint32 stride\n",
@@ -63,6 +73,9 @@ TYPE_HASHES: dict[str, str] = {
     ),
     "sensor_msgs/msg/JointState": (
         "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"
+    ),
+    "sensor_msgs/msg/PointCloud2": (
+        "RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5"
     ),
     "std_msgs/msg/Float64MultiArray": (
         "RIHS01_1025ddc6b9552d191f89ef1a8d2f60f3d373e28b283d8891ddcc974e8c55397f"

@@ -16,10 +16,17 @@ from soft_sim_ros.recording import topics
 from soft_sim_ros.recording.axis import LOG, axis_of
 from soft_sim_ros.recording.claims import words
 from soft_sim_ros.recording.decode import Decoded, DecodeError, Stack, Wrench, decode, stack
+from soft_sim_ros.recording.felt import contacts_of, names_in
 from soft_sim_ros.recording.known import find_known
 from soft_sim_ros.recording.mcap_file import RECORD_NAME
 from soft_sim_ros.recording.scan import Scan, scan
-from soft_sim_ros.recording.series import EnergySeries, JointSeries, PoseSeries
+from soft_sim_ros.recording.series import (
+    ContactSeries,
+    EnergySeries,
+    JointSeries,
+    PoseSeries,
+    WrenchSeries,
+)
 from soft_sim_ros.recording.topics import Qos
 
 
@@ -129,6 +136,35 @@ class Run:
         if len(names) != values.shape[1]:
             names = tuple(f"energy_{index}" for index in range(values.shape[1]))
         return EnergySeries(time_ns, names, values)
+
+    @cached_property
+    def reactions(self) -> dict[str, WrenchSeries]:
+        """What each constraint does to its first frame, by name, along the axes of the world."""
+        found = {}
+        for key in self._known:
+            kind, _, name = key.partition("/")
+            if kind == topics.REACTION:
+                time_ns, content = self._series(key)
+                frame = content.frame_id if content else ""
+                # the message has the force first
+                wrench = np.roll(content.blocks[0], 3, axis=1) if content else np.empty((0, 6))
+                found[name] = WrenchSeries(time_ns, frame, wrench)
+        return found
+
+    @cached_property
+    def contacts(self) -> ContactSeries:
+        """What touched; ``contacts.resultant(body, other)`` sums it up."""
+        index = self._known.get(topics.CONTACTS, -1)
+        chosen = [(time_ns, data) for time_ns, at, data in self._messages if at == index]
+        clouds = []
+        for time_ns, data in chosen:
+            try:
+                clouds.append((time_ns, decode(topics.CLOUD, data)))
+            except DecodeError as reason:
+                topic = self.channels[index].topic
+                why = f"cannot be decoded on {topic}: {reason}"
+                raise RecordingError(self.path, why) from reason
+        return contacts_of(clouds, *names_in(self.scene_text if chosen else None))
 
     # -- what came from outside ---------------------------------------------------------------
 

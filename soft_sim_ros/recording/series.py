@@ -88,3 +88,81 @@ class EnergySeries(Series):
         if name not in self.names:
             raise KeyError(f"{name!r} is not in the ledger; it has {', '.join(self.names)}")
         return self.values[:, self.names.index(name)]
+
+
+@dataclass(frozen=True)
+class WrenchSeries(Series):
+    """Wrenches over time, such as the reaction of a constraint on its first frame.
+
+    Parameters
+    ----------
+    frame_id : frame along whose axes they are given
+    wrench : (T, 6) moment in N·m, of a reaction about the origin of the first frame; force in N
+    """
+
+    frame_id: str
+    wrench: Floats
+
+    @property
+    def moment(self) -> Floats:
+        """Moments (T, 3) in N·m."""
+        return self.wrench[:, :3]
+
+    @property
+    def force(self) -> Floats:
+        """Forces (T, 3) in N."""
+        return self.wrench[:, 3:]
+
+
+@dataclass(frozen=True)
+class ContactSeries(Series):
+    """Contacts over time, C in all.
+
+    Parameters
+    ----------
+    frame_id : frame that points and vectors are given in
+    at : (C,) index of the instant of each
+    body : (C,) name of the body
+    other : (C,) name of what it touches
+    s : (C,) m along the body
+    point, normal : (C, 3) m; from what is touched to the body
+    gap : (C,) m, below zero by the depth
+    normal_force : (C,) N on the body, along the normal
+    friction, slip : (C, 3) N on the body; m/s of the body along the surface
+    sticks : (C,) whether friction holds it
+    """
+
+    frame_id: str
+    at: NDArray[np.int64]
+    body: NDArray[np.str_]
+    other: NDArray[np.str_]
+    s: Floats
+    point: Floats
+    normal: Floats
+    gap: Floats
+    normal_force: Floats
+    friction: Floats
+    slip: Floats
+    sticks: NDArray[np.bool_]
+
+    @property
+    def force(self) -> Floats:
+        """Forces (C, 3) in N on the bodies."""
+        return self.normal_force[:, None] * self.normal + self.friction
+
+    @property
+    def pairs(self) -> tuple[tuple[str, str], ...]:
+        """Names (body, other) of what touches at any time, in the order in which it does first."""
+        return tuple(dict.fromkeys(zip(self.body.tolist(), self.other.tolist(), strict=True)))
+
+    def resultant(self, body: str, other: str) -> Floats:
+        """Return the wrench (T, 6) on a body from what it touches; zero while it does not.
+
+        Moment in N·m about the origin of the frame, force in N.
+        """
+        own = (self.body == body) & (self.other == other)
+        force = self.force[own]
+        each = np.concatenate([np.cross(self.point[own], force), force], axis=1)
+        out = np.zeros((len(self), 6))
+        np.add.at(out, self.at[own], each)
+        return out

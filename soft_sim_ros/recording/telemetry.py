@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,10 @@ from soft_sim_ros.recording.cdr import (
     JointStateBuffer,
     PoseArrayBuffer,
     PoseStampedBuffer,
+    WrenchStampedBuffer,
 )
-from soft_sim_ros.recording.topics import BACKBONE, TIP_POSE, output_topics
+from soft_sim_ros.recording.cloud import CloudBuffer
+from soft_sim_ros.recording.topics import BACKBONE, REACTION, TIP_POSE, output_topics
 from soft_sim_ros.scene.limbs import CHAIN, Limbs
 
 Floats = NDArray[np.float64]
@@ -63,6 +65,12 @@ class Observable(Protocol):
 
     def driven(self) -> tuple[Floats, Floats, Floats]:
         """Give those of driven coordinates that follow commands, if there are any."""
+
+    def contacts(self) -> Sequence[Any]:
+        """Give what touches now."""
+
+    def reactions(self) -> Mapping[str, Any]:
+        """Give what every constraint does now."""
 
     def ledger(self) -> Floats:
         """Give the energy ledger in J, in the order of ``LEDGER``."""
@@ -121,11 +129,16 @@ class Telemetry:
         self._energy = Float64MultiArrayBuffer(
             len(LEDGER), ",".join(LEDGER) if one_label else LEDGER
         )
+        self._wrench, self._reactions = WrenchStampedBuffer(frame_id), _Felt(simulation)
+        if limbs.touches:
+            self._cloud = CloudBuffer(frame_id, limbs.bodies, limbs.shapes)
         self.builders: dict[str, Callable[[], bytes]] = {}
         tips = {f"{TIP_POSE}/{name}": i for i, name in enumerate(limbs.tips)}
         for one in self.topics:
             if one.key.startswith(f"{BACKBONE}/"):
                 self.builders[one.key] = partial(self.backbone, one.key.partition("/")[2])
+            elif one.key.startswith(f"{REACTION}/"):
+                self.builders[one.key] = partial(self.reaction, one.key.partition("/")[2])
             elif one.key in tips:
                 self.builders[one.key] = partial(self.tip_pose, tips[one.key])
             else:
@@ -161,6 +174,15 @@ class Telemetry:
         """Generalised coordinates and their rates, a JointState without efforts."""
         return self._strains.fill(self.stamp_ns, self._simulation.q, self._simulation.v)
 
+    def contacts(self) -> bytes:
+        """Contacts, a PointCloud2 with a point for each of them."""
+        return self._cloud.fill(self.stamp_ns, self._simulation.contacts())
+
+    def reaction(self, name: str) -> bytes:
+        """Reaction of a constraint on its first frame, a WrenchStamped along the world's axes."""
+        found = self._reactions.now()[name]
+        return self._wrench.fill(self.stamp_ns, np.concatenate([found.moment, found.force]))
+
     def energy(self) -> bytes:
         """Energy ledger in J, a Float64MultiArray with a label for every number."""
         return self._energy.fill(self._simulation.ledger())
@@ -181,3 +203,20 @@ class _Sampled:
             self._poses = self._source.poses()
             self._posed_for = configuration
         return self._poses
+
+
+class _Felt:
+    """Reactions of a simulation, found once for every state."""
+
+    def __init__(self, simulation: Observable) -> None:
+        self._simulation = simulation
+        self._found_for: tuple[int, bytes, bytes] | None = None
+        self._found: Mapping[str, Any] = {}
+
+    def now(self) -> Mapping[str, Any]:
+        """Give those of the present state."""
+        simulation = self._simulation
+        state = simulation.time_ns, simulation.q.tobytes(), simulation.v.tobytes()
+        if state != self._found_for:
+            self._found, self._found_for = simulation.reactions(), state
+        return self._found

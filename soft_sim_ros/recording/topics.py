@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from soft_sim_ros.scene.limbs import CHAIN, Limbs
 
+CLOUD = "sensor_msgs/msg/PointCloud2"
 FLOATS = "std_msgs/msg/Float64MultiArray"
 JOINTS = "sensor_msgs/msg/JointState"
 ODOMETRY = "nav_msgs/msg/Odometry"
@@ -63,11 +64,18 @@ DRIVES = {
     "drive_odometry": ("~/drive_odometry", ODOMETRY, 1),
 }
 COMMANDS = {**INPUTS, **DRIVES}
+# of scenes with contact, and each with the name of a constraint below that of the topic
+FELT = {
+    "contacts": ("~/contacts", CLOUD, 10),
+    "reaction": ("~/reaction", WRENCH, 10),
+}
 EVENTS = {"events": ("~/events", STRING, 100)}
-ALL = {**OUTPUTS, **COMMANDS, **EVENTS}
-BACKBONE, TIP_POSE = "backbone", "tip_pose"
+ALL = {**OUTPUTS, **FELT, **COMMANDS, **EVENTS}
+BACKBONE, TIP_POSE, REACTION, CONTACTS = "backbone", "tip_pose", "reaction", "contacts"
+# these have names below that of the topic, and nothing else
+NAMED = (REACTION, *DRIVES)
 # there may be several of each, with names below that of the topic
-LIMBS = (BACKBONE, TIP_POSE, "external_wrench", *DRIVES)
+LIMBS = (BACKBONE, TIP_POSE, "external_wrench", *NAMED)
 # for viewers only, not recorded: they follow from the scene and the recorded topics
 MARKERS, FIXED_MARKERS = "markers", "fixed_markers"
 VIEWS = {
@@ -112,7 +120,8 @@ def output_keys(limbs: Limbs = CHAIN) -> list[str]:
     """Give the keys of what a simulation publishes.
 
     Of several backbones, each has a topic of its own. Of several tips, each has one besides the
-    topic of the last one, which is the tip.
+    topic of the last one, which is the tip. Contacts and reactions are there where the scene has
+    any.
     """
     keys = []
     for key in OUTPUTS:
@@ -120,7 +129,8 @@ def output_keys(limbs: Limbs = CHAIN) -> list[str]:
             keys.append(key)
         more = {BACKBONE: limbs.several_backbones, TIP_POSE: limbs.several_tips}.get(key, ())
         keys += [f"{key}/{name}" for name in more]
-    return keys
+    keys += [CONTACTS] if limbs.touches else []
+    return keys + [f"{REACTION}/{name}" for name in limbs.held]
 
 
 def output_topics(prefix: str, limbs: Limbs = CHAIN) -> tuple[Topic, ...]:

@@ -22,7 +22,8 @@ class Initial:
     positions and velocities by name of a joint or floating-frame link: a number for a joint of one
     coordinate (rad or m), else an array in the order of its ``coordinates``; the velocity of a
     spherical joint is the angular velocity in the frame after it, of a free one the twist
-    (angular, linear) in that frame. strains by "rod/section", (6,) offsets from ξ₀, constant along
+    (angular, linear) in that frame. guesses are positions of joints that an equilibrium does not
+    hold: the search begins there. strains by "rod/section", (6,) offsets from ξ₀, constant along
     the section.
     """
 
@@ -30,6 +31,7 @@ class Initial:
     positions: dict[str, float | Floats] = field(default_factory=dict)
     velocities: dict[str, float | Floats] = field(default_factory=dict)
     strains: dict[str, Floats] = field(default_factory=dict)
+    guesses: dict[str, float | Floats] = field(default_factory=dict)
 
 
 def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
@@ -42,23 +44,35 @@ def read_initial(reader: Reader, bodies: tuple[Body, ...]) -> Initial:
         if isinstance(rod, Rod)
         for section in rod.sections
     }
-    reader.only("state", "positions", "velocities", "strains")
+    reader.only("state", "positions", "velocities", "strains", "guesses")
     state = reader.choice("state", STATES, default="reference")
-    positions = _read_joint_values(reader.mapping("positions"), moving)
-    for joint in moving:
-        if not isinstance(joint, Joint):
-            continue
-        turn = np.linalg.norm(np.atleast_1d(positions.get(joint.name, 0.0))[:3])
-        if joint.kind in ("spherical", "free") and turn > np.pi * (1.0 + ROUNDING):
-            expected = f"a rotation vector no longer than half a turn, not {turn:.4g} rad"
-            reader.mapping("positions").refuse(expected, joint.name)
+    if state != "equilibrium":
+        reader.no_effect("guesses", "state: reference begins at positions, nothing is searched")
+    positions = _read_positions(reader.mapping("positions"), moving)
+    guesses = _read_positions(reader.mapping("guesses"), moving)
+    for name in positions.keys() & guesses.keys():
+        reader.mapping("guesses").refuse("no joint that positions hold", name)
     velocities = _read_joint_values(reader.mapping("velocities"), moving)
     strains: dict[str, Floats] = {}
     by_section = reader.mapping("strains").only(*sections)
     for name, active in sections.items():
         if by_section.has(name):
             strains[name] = _read_offsets(by_section.mapping(name), active)
-    return Initial(state, positions, velocities, strains)
+    return Initial(state, positions, velocities, strains, guesses)
+
+
+def _read_positions(
+    reader: Reader, moving: list[Joint | FlexibleLink]
+) -> dict[str, float | Floats]:
+    values = _read_joint_values(reader, moving)
+    for joint in moving:
+        if not isinstance(joint, Joint):
+            continue
+        turn = np.linalg.norm(np.atleast_1d(values.get(joint.name, 0.0))[:3])
+        if joint.kind in ("spherical", "free") and turn > np.pi * (1.0 + ROUNDING):
+            expected = f"a rotation vector no longer than half a turn, not {turn:.4g} rad"
+            reader.refuse(expected, joint.name)
+    return values
 
 
 def _read_joint_values(

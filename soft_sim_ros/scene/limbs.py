@@ -23,6 +23,9 @@ class Limbs:
     wrenches : input loads
     posed : free joints that follow poses
     commanded : driven coordinates that follow commands
+    held : constraints
+    touches : whether bodies can touch anything
+    bodies, shapes : names, in the order of the scene
     """
 
     backbones: tuple[str, ...] = ()
@@ -32,6 +35,10 @@ class Limbs:
     wrenches: tuple[str, ...] = ()
     posed: tuple[str, ...] = ()
     commanded: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
+    touches: bool = False
+    bodies: tuple[str, ...] = ()
+    shapes: tuple[str, ...] = ()
 
     @property
     def several_backbones(self) -> tuple[str, ...]:
@@ -81,6 +88,10 @@ def limbs_of(scene: Scene) -> Limbs:
         tuple(load.name for load in scene.input_loads),
         scene.posed,
         tuple(scene.commanded),
+        tuple(one.name for one in scene.constraints),
+        bool(scene.environment),
+        tuple(body.name for body in scene.bodies),
+        tuple(shape.name for shape in scene.environment),
     )
 
 

@@ -15,11 +15,16 @@ from .element import EXTRA, Element
 
 
 def given_coordinates(chain: Chain, initial: Initial) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return coordinates (n,) of the reference shape with what is given, and what joints are."""
+    """Return coordinates (n,) of the reference shape with what is given, and what joints are.
+
+    Guesses are not given: an equilibrium finds these.
+    """
     q, given = np.zeros(len(chain.names)), np.zeros(len(chain.names), dtype=bool)
     for name, value in initial.positions.items():
         columns = chain.columns(name)
         q[columns], given[columns] = value, True
+    for name, value in initial.guesses.items():
+        q[chain.columns(name)] = value
     for name, offset in initial.strains.items():
         rod, section = name.split("/")
         for element in chain.rods[rod].elements:
