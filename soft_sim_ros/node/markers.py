@@ -63,9 +63,10 @@ class Markers:
     def show(self, simulation: Simulation) -> None:
         """Look at a simulation from now on, and send what of it never moves."""
         from soft_sim_ros.viewing.scenery import plates
+        from soft_sim_ros.viewing.surroundings import surroundings
 
         self._simulation = simulation
-        found = plates(simulation)
+        found = plates(simulation) + surroundings(simulation.scene, simulation.length)
         if found:
             message = MarkerArrayBuffer(self._frame_id, [_marker(shape) for shape, _ in found])
             for slate, (_, pose) in zip(message.slates, found, strict=True):

@@ -41,8 +41,8 @@ DEFINITIONS: dict[str, str] = {
         "uint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n"
     ),
     "sensor_msgs/msg/PointField": (
-        "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\n"
-        "uint8 INT32=5\nuint8 UINT32=6\nuint8 FLOAT32=7\nuint8 FLOAT64=8\n"
+        "uint8 INT8 = 1\nuint8 UINT8 = 2\nuint8 INT16 = 3\nuint8 UINT16 = 4\n"
+        "uint8 INT32 = 5\nuint8 UINT32 = 6\nuint8 FLOAT32 = 7\nuint8 FLOAT64 = 8\n"
         "string name\nuint32 offset\nuint8 datatype\nuint32 count\n"
     ),
     "std_msgs/msg/Float64MultiArray": "MultiArrayLayout layout\nfloat64[] data\n",

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,10 @@ from numpy.typing import NDArray
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.viewing.shapes import REMOVED, SHOWN, TRIANGLE_LIST, Canvas, Colour, Shape, ramp
 from soft_sim_ros.viewing.tube import around, triangles
+
+if TYPE_CHECKING:
+    from soft_sim_ros.core.mechanics.closures import Reaction
+    from soft_sim_ros.core.mechanics.contacts import Contact
 
 LONGEST = 0.4  # of the arm's length: an arrow of a force far above the arm's weight
 
@@ -29,6 +33,8 @@ class State:
     points : (Q, 3) in m, all that is fixed in frames: tendons and chambers
     efforts : (A,) of the actuators
     wrench : (6,) moment and force held at the tip, in world axes
+    contacts : what touches
+    reactions : what constraints do, by name
     """
 
     time: float
@@ -37,6 +43,8 @@ class State:
     points: Floats
     efforts: Floats
     wrench: Floats
+    contacts: Sequence[Contact] = ()
+    reactions: Mapping[str, Reaction] = field(default_factory=dict)
 
 
 class Part(Protocol):
@@ -106,13 +114,18 @@ class Arrow:
 
     def draw(self, state: State, canvas: Canvas) -> None:
         """Write its two ends."""
-        vector = self._vector(state)
-        size = math.hypot(*vector.tolist())
-        shown = 0.0 < size < math.inf
-        canvas.action[0] = SHOWN if shown else REMOVED
-        if shown:
-            canvas.points[:] = state.poses[self._at, :3]
-            canvas.points[1] += vector * (self._longest / (size + self._unit))
+        start, vector = state.poses[self._at, :3], self._vector(state)
+        draw_arrow(canvas, start, vector, self._unit, self._longest)
+
+
+def draw_arrow(canvas: Canvas, start: Floats, vector: Floats, unit: float, longest: float) -> None:
+    """Write both ends of a vector (3,) that begins at a point (3,); remove one that is none."""
+    size = math.hypot(*vector.tolist())
+    shown = 0.0 < size < math.inf
+    canvas.action[0] = SHOWN if shown else REMOVED
+    if shown:
+        canvas.points[:] = start
+        canvas.points[1] += vector * (longest / (size + unit))
 
 
 class Shade:

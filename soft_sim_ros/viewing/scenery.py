@@ -17,6 +17,7 @@ from soft_sim_ros.scene.pose import IDENTITY
 from soft_sim_ros.scene.summary import total_mass
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.viewing import shapes
+from soft_sim_ros.viewing.felt import felt_parts, strongest
 from soft_sim_ros.viewing.frames import BASE, TIP, Frames, Spot
 from soft_sim_ros.viewing.outline import FEW, Path, Stations, rods_of, stations, thickness
 from soft_sim_ros.viewing.parts import (
@@ -86,6 +87,8 @@ class Scenery:
             self._load(number, load)
         for number, part in enumerate((slice(3, 6), slice(0, 3))):
             self._arrow("external_wrench", number, 0, _wrench(part), part.start > 0)
+        longest = LONGEST * self._length
+        self.parts += felt_parts(scene, self._head, self._weight, self._length, longest)
         self._frames = Frames(simulation.compiled, simulation.q, self._spots)
         self._at = np.array([at for at, _ in self._fixed], dtype=np.int64)
         self._yz = np.array([yz for _, yz in self._fixed]).reshape(-1, 2, 1)
@@ -100,9 +103,17 @@ class Scenery:
             wrench = (turns[0] @ wrench.reshape(2, 3).T).T.ravel()
         efforts = simulation.ports()[2]
         points = poses[self._at, :3] + (turns[self._at, :, 1:] @ self._yz)[:, :, 0]
-        state = State(simulation.time, poses, turns, points, efforts, wrench)
+        contacts = strongest(simulation.contacts())
+        reactions = simulation.reactions() if simulation.scene.constraints else {}
+        state = State(simulation.time, poses, turns, points, efforts, wrench, contacts, reactions)
         for part, canvas in zip(self.parts, canvases, strict=True):
             part.draw(state, canvas)
+
+    @property
+    def _head(self) -> tuple[float, float, float]:
+        """Size of arrows in m: shaft, head, its length."""
+        width = 0.3 * self._thick
+        return width, 2.2 * width, 3.0 * width
 
     def _spot(self, body: str, s: float = 0.0) -> int:
         self._spots.append((body, s))
@@ -163,11 +174,8 @@ class Scenery:
                     self._arrow("loads", identity, at, acts, is_force)
 
     def _arrow(self, group: str, number: int, at: int, vector: Vector, is_force: bool) -> None:
-        width = 0.3 * self._thick
-        size = (width, 2.2 * width, 3.0 * width)
-        shape = Shape(
-            group, number, shapes.ARROW, size, shapes.LOAD if is_force else shapes.MOMENT, 2
-        )
+        colour = shapes.LOAD if is_force else shapes.MOMENT
+        shape = Shape(group, number, shapes.ARROW, self._head, colour, 2)
         unit = self._weight * (1.0 if is_force else self._length)
         self.parts.append(Arrow(shape, at, vector, unit, LONGEST * self._length))
 

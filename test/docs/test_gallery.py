@@ -1,4 +1,4 @@
-"""Packaged scenes of branches, with contact, constraints or in a fluid have a picture, and what draws it."""
+"""Packaged scenes of branches, with contact, constraints or a fluid have pictures."""
 
 import sys
 from pathlib import Path
