@@ -10,13 +10,20 @@ import numpy as np
 from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.core.simulation.bounds import Bounds
 from soft_sim_ros.core.simulation.inputs import Inputs
-from soft_sim_ros.errors import RecordingError
+from soft_sim_ros.errors import NoSuchPlace, NotMet, RecordingError
 from soft_sim_ros.foreign import printable
 from soft_sim_ros.recording.claims import facts, machine
 from soft_sim_ros.recording.decode import KNOWN, stack
 from soft_sim_ros.recording.machine import machine_facts
 from soft_sim_ros.recording.offset import OFFSET, offset_of
-from soft_sim_ros.recording.orders import ATTACHED, DROPPED, SENDER_LEFT, read_order
+from soft_sim_ros.recording.orders import (
+    ATTACHED,
+    DROPPED,
+    HELD,
+    RELEASED,
+    SENDER_LEFT,
+    read_order,
+)
 from soft_sim_ros.recording.reader import LoggedMessage, Run
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import COMMANDS, OUTPUTS, recorded_topics, resolve
@@ -147,6 +154,8 @@ class Rerun:
                     self._inputs.reset()
                 elif text.startswith((ATTACHED, DROPPED)):
                     self._carry(message, text)
+                elif text.startswith((HELD, RELEASED)):
+                    self._latch(message, text)
                 elif text == SENDER_LEFT:
                     if order := self._inputs.released():
                         self._inputs.take(order)
@@ -166,6 +175,15 @@ class Rerun:
             reason = f"says {printable(text[:60])!r} on {place}: the scene has no such payload"
             raise RecordingError(self._run.path, reason)
         self._inputs.carry(name, start == ATTACHED)
+
+    def _latch(self, message: LoggedMessage, text: str) -> None:
+        start = HELD if text.startswith(HELD) else RELEASED
+        try:
+            self._inputs.latch(text.removeprefix(start), start == HELD)
+        except (NoSuchPlace, NotMet) as error:
+            place = f"{message.topic} at t = {message.time_ns / 1e9:.9g} s"
+            reason = f"says {printable(text[:60])!r} on {place}: {printable(str(error)[:200])}"
+            raise RecordingError(self._run.path, reason) from error
 
     def _offset(self, message: LoggedMessage, text: str) -> int:
         try:

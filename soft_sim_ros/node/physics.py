@@ -11,7 +11,7 @@ import numpy as np
 
 from soft_sim_ros.core.simulation.inputs import Inputs
 from soft_sim_ros.core.simulation.orders import Order
-from soft_sim_ros.errors import Diverged
+from soft_sim_ros.errors import Diverged, NotMet
 from soft_sim_ros.node.clock import Grid, Pacer
 from soft_sim_ros.node.events import Events
 from soft_sim_ros.node.follower import Follower
@@ -22,7 +22,7 @@ from soft_sim_ros.node.recovery import RESET, Recovery
 from soft_sim_ros.node.states import BEAT, States
 from soft_sim_ros.node.timing import StepCosts
 from soft_sim_ros.recording.offset import offset_event
-from soft_sim_ros.recording.orders import ATTACHED, DROPPED, SENDER_LEFT
+from soft_sim_ros.recording.orders import ATTACHED, DROPPED, HELD, RELEASED, SENDER_LEFT
 
 LONGEST_STEPPING = 2.0  # s of one ~/step: nothing else of the node answers meanwhile
 
@@ -148,6 +148,10 @@ class Physics:
     def carry(self, name: str, attached: bool) -> Answer:
         """Attach or drop a payload."""
         return self._ask(lambda: self._carry(name, attached))
+
+    def latch(self, name: str, hold: bool) -> Answer:
+        """Hold or release a constraint."""
+        return self._ask(lambda: self._latch(name, hold))
 
     def look(self, action: Callable[[], Answer]) -> Answer:
         """Have something looked at while nothing moves; it must change nothing."""
@@ -343,6 +347,14 @@ class Physics:
         self.inputs.carry(name, attached)
         self._event(f"{ATTACHED if attached else DROPPED}{name}")
         return True, f"{name} {'attached' if attached else 'dropped'}"
+
+    def _latch(self, name: str, hold: bool) -> Answer:
+        try:
+            self.inputs.latch(name, hold)
+        except NotMet as error:
+            return False, str(error)
+        self._event(f"{HELD if hold else RELEASED}{name}")
+        return True, f"{name} {'held' if hold else 'released'}"
 
     def _release(self) -> Answer:
         if order := self.inputs.released():

@@ -11,7 +11,9 @@ from soft_sim_ros.node.physics import Physics
 
 
 class Services:
-    """``~/reset``, ``~/pause``, ``~/step`` and ``~/payload/NAME`` of one physics thread.
+    """``~/reset``, ``~/pause``, ``~/step`` and others of one physics thread.
+
+    ``~/payload/NAME`` attaches and drops, ``~/constraint/NAME`` holds and releases.
 
     Parameters
     ----------
@@ -36,6 +38,10 @@ class Services:
                 node.create_service(SetBool, f"~/payload/{name}", partial(self._carry, name))
                 for name in physics.simulation.payloads
             ),
+            *(
+                node.create_service(SetBool, f"~/constraint/{name}", partial(self._latch, name))
+                for name in physics.simulation.dynamics.constraints.names
+            ),
         )
 
     def _reset(self, _, response):
@@ -46,6 +52,9 @@ class Services:
 
     def _carry(self, name, request, response):
         return _fill(response, self._physics.carry(name, request.data))
+
+    def _latch(self, name, request, response):
+        return _fill(response, self._physics.latch(name, request.data))
 
     def _step(self, _, response):
         return _fill(response, self._physics.step(self.step_count or self._physics.grid.publish))

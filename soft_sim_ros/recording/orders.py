@@ -28,6 +28,7 @@ from soft_sim_ros.recording.decode import (
 from soft_sim_ros.recording.topics import COMMANDS
 
 ATTACHED, DROPPED = "attached: ", "dropped: "  # events, with the name of a payload
+HELD, RELEASED = "held: ", "released: "  # events, with the name of a constraint
 SENDER_LEFT = f"sender_left: {JOINT_COMMAND}"  # the event at which timeouts start
 
 

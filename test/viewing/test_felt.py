@@ -78,7 +78,7 @@ def test_shapes_stand_where_the_scene_has_them():
 def test_an_arrow_stands_at_every_contact_and_points_with_its_force(monkeypatch):
     simulation = Simulation(load_scene("table"))
     simulation.set_efforts([0.0, 20.0, 0.0])
-    simulation.advance(60)
+    simulation.advance(320)
     contacts = simulation.contacts()
     assert 1 < len(contacts) < felt.MOST
     canvases = drawn(simulation)
@@ -96,10 +96,10 @@ def test_an_arrow_stands_at_every_contact_and_points_with_its_force(monkeypatch)
         )
         np.testing.assert_allclose(canvas.colour, STICKS if contact.sticks else SLIPS)
     # of more contacts than arrows the largest are shown
-    monkeypatch.setattr(felt, "MOST", 2)
+    monkeypatch.setattr(felt, "MOST", 1)
     few = felt.strongest(contacts)
     sizes = sorted(np.linalg.norm(contact.force) for contact in contacts)
-    assert sorted(np.linalg.norm(contact.force) for contact in few) == sizes[-2:]
+    assert sorted(np.linalg.norm(contact.force) for contact in few) == sizes[-1:]
 
 
 def test_reactions_are_drawn_at_the_first_frame():

@@ -148,6 +148,25 @@ class Inputs(OrderBook):
         """Attach or drop a payload now; attached, it moves with the arm already."""
         (self.simulation.attach if attached else self.simulation.drop)(name)
 
+    def latch(self, name: str, hold: bool) -> None:
+        """Let a constraint act from now on, or release it.
+
+        One whose second frame is ``here`` in the scene holds where its frames are now; of others
+        the frames must meet.
+
+        Raises
+        ------
+        NotMet
+            if its frames are apart
+        NoSuchPlace
+            if there is none of that name
+        """
+        if not hold:
+            self.simulation.release(name)
+            return
+        k = self.simulation.dynamics.constraints.index(name)
+        self.simulation.hold(name, here=bool(self.simulation.model.closures.catches[k]))
+
     def released(self) -> Order | None:
         """Return the order that gives a timeout to what lasts without one; None: nothing does."""
         channels = np.flatnonzero(self._lasting)
