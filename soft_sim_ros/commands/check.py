@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from soft_sim_ros.commands.felt import felt_lines
 from soft_sim_ros.commands.progress import Line, compiling
 from soft_sim_ros.commands.shell import DONE, verb
 from soft_sim_ros.core.accuracy.contract import settle
@@ -15,6 +16,7 @@ from soft_sim_ros.core.accuracy.survey import survey
 from soft_sim_ros.core.accuracy.unwritten import is_unwritten, settle_unwritten
 from soft_sim_ros.core.analysis.modes import frequencies, long_step, recommended_step
 from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.mechanics.contacts import ContactReader
 from soft_sim_ros.core.mechanics.wrench import InternalWrench
 from soft_sim_ros.core.refine.refinement import words
 from soft_sim_ros.core.refine.space_error import UNWRITTEN, WRITTEN
@@ -57,7 +59,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         progress.clear()
         simulation = Simulation(chosen)
         q, state = rest(simulation)
-        lines = [*numbers(simulation, q, state), *accuracy(scene, simulation, q, state)]
+        lines = [
+            *numbers(simulation, q, state),
+            *felt(simulation, q),
+            *accuracy(scene, simulation, q, state),
+        ]
     for line in lines:
         print(line)
     if options.wrench:
@@ -144,6 +150,18 @@ def carried(simulation: Simulation, q: np.ndarray) -> InternalWrench:
     efforts = np.array([actuator.safe for actuator in simulation.scene.actuators])
     rest = np.zeros_like(q)
     return dynamics.internal_wrench(q, rest, dynamics.forward_dynamics(q, rest, efforts))
+
+
+def felt(simulation: Simulation, q: np.ndarray) -> Iterator[str]:
+    """Give what constraints and contacts carry at coordinates q (n,)."""
+    dynamics, scene = simulation.dynamics, simulation.scene
+    if not (scene.constraints or scene.environment):
+        return
+    efforts = np.array([actuator.safe for actuator in scene.actuators])
+    reactions = dynamics.reactions_of_constraints(q, efforts=efforts) if scene.constraints else {}
+    redundant = dynamics.redundant_constraints(q) if scene.constraints else {}
+    contacts = ContactReader(simulation.compiled).near(q, np.zeros_like(q))
+    yield from felt_lines(scene, reactions, contacts, redundant)
 
 
 def numbers(simulation: Simulation, q: np.ndarray, state: str) -> Iterator[str]:

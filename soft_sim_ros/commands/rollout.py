@@ -17,6 +17,7 @@ from soft_sim_ros.batch.batch import run_batch
 from soft_sim_ros.batch.rollout import Rollout
 from soft_sim_ros.batch.run import COMPLETED, Run
 from soft_sim_ros.batch.sweep import read_sweep, runs_of
+from soft_sim_ros.commands.felt import felt_lines
 from soft_sim_ros.commands.progress import Line, bar
 from soft_sim_ros.commands.shell import DONE, FAILED, verb
 from soft_sim_ros.commands.warm_up import warm_up
@@ -110,6 +111,10 @@ def _one(run: Run, out: Path) -> int:
     if summary["space"] and summary["space"]["error_rel"] is not None:
         error = summary["space"]["error_rel"]
         print(f"estimate of the tip's error in space: {error:.2g} of the length")
+    arm = rollout.simulation
+    if arm.scene.constraints or arm.scene.environment:
+        reactions = arm.reactions() if arm.scene.constraints else {}
+        print("\n".join(felt_lines(arm.scene, reactions, arm.contacts())))
     if unresolved := rollout.doubt():
         warnings.warn(unresolved, stacklevel=2)
     print(f"{kept['recorded']} messages recorded in {kept['directory']}")

@@ -20,6 +20,15 @@ _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _WRENCH_UNITS = ("N·m",) * 3 + ("N",) * 3
 _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _POSE_UNITS = ("m",) * 3 + ("",) * 4
+_CONTACT = (
+    "s (m)",
+    *(f"{axis} (m)" for axis in "xyz"),
+    *(f"normal_{axis}" for axis in "xyz"),
+    "gap (m)",
+    "normal_force (N)",
+    *(f"friction_{axis} (N)" for axis in "xyz"),
+    *(f"slip_{axis} (m/s)" for axis in "xyz"),
+)
 _TWIST = ("wx", "wy", "wz", "vx", "vy", "vz")
 _TWIST_UNITS = ("rad/s",) * 3 + ("m/s",) * 3
 _WRENCH = ("moment_x", "moment_y", "moment_z", "force_x", "force_y", "force_z")
@@ -65,6 +74,20 @@ def export_csv(run: Run, directory: str | Path) -> list[Path]:
     for name, joints in (("joint_states", run.joint_states), ("strain_state", run.strain_state)):
         columns, values = _columns(joints, units if name == "joint_states" else {})
         table(name, joints.time, columns, values)
+    for name, felt in run.reactions.items():
+        columns = [labelled(*pair) for pair in zip(_WRENCH, _WRENCH_UNITS, strict=True)]
+        table(f"reaction_{name}", felt.time, columns, felt.wrench)
+    if len(run.contacts.at):
+        path = directory / "contacts.csv"
+        with path.open("w", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream)
+            writer.writerow(["time", "body", "other", "sticks", *_CONTACT])
+            found = run.contacts
+            names = zip(found.body.tolist(), found.other.tolist(), found.sticks, strict=True)
+            rows = np.column_stack([found.time[found.at], _contact_values(run)]).tolist()
+            for row, (body, other, sticks) in zip(rows, names, strict=True):
+                writer.writerow([repr(row[0]), body, other, int(sticks), *map(repr, row[1:])])
+        written.append(path)
     table("energy", run.energy.time, run.energy.names, run.energy.values)
     if run.inputs:
         path = directory / "inputs.csv"
@@ -107,6 +130,14 @@ def export_npz(run: Run, file: str | Path) -> Path:
         arrays[f"{name}_name"] = np.array(joints.name, dtype=str)
         for field in ("position", "velocity", "effort"):
             arrays[f"{name}_{field}"] = getattr(joints, field)
+    for name, felt in run.reactions.items():
+        arrays[f"reaction_{name}_time_ns"] = felt.time_ns
+        arrays[f"reaction_{name}_wrench"] = felt.wrench
+    if len(contacts := run.contacts):
+        arrays["contacts_time_ns"] = contacts.time_ns
+        for field in ("at", "body", "other", "s", "point", "normal", "gap", "normal_force",
+                      "friction", "slip", "sticks"):  # fmt: skip
+            arrays[f"contacts_{field}"] = getattr(contacts, field)
     path.parent.mkdir(parents=True, exist_ok=True)
     np.savez_compressed(path, **arrays)
     return path
@@ -117,6 +148,13 @@ def _poses(run: Run) -> dict[str, PoseSeries]:
     named = {f"backbone_{name}": one for name, one in run.backbones.items() if name}
     tips = {f"tip_pose_{name}": one for name, one in run.tip_poses.items() if name}
     return (named or {"backbone": run.backbone}) | {"tip_pose": run.tip_pose} | tips
+
+
+def _contact_values(run: Run) -> NDArray:
+    found = run.contacts
+    parts = (found.s, found.point, found.normal, found.gap, found.normal_force, found.friction,
+             found.slip)  # fmt: skip
+    return np.column_stack(parts)
 
 
 def _columns(joints: JointSeries, units: Mapping[str, Units]) -> tuple[list[str], NDArray]:

@@ -132,6 +132,7 @@ def _page(run: Run, summary: dict) -> str:
         _pictures(run, summary),
         '<div class="tables">',
         _table("Motion", numbers.motion_rows(run)),
+        _table("Contacts and reactions", _felt_rows(run)),
         _table("Speed", numbers.speed_rows(summary)),
         _table("Accuracy", numbers.accuracy_rows(run, summary)),
         "</div>",
@@ -179,8 +180,20 @@ def _notes(run: Run, summary: dict) -> str:
     return '<div class="note">' + "".join(f"<p>{html.escape(n)}</p>" for n in notes) + "</div>"
 
 
+def _feels(run: Run) -> bool:
+    return bool(run.reactions or len(run.contacts))
+
+
+def _felt_rows(run: Run) -> numbers.Rows:
+    if not _feels(run):
+        return []
+    from soft_sim_ros.report.felt import felt_rows
+
+    return felt_rows(run)
+
+
 def _pictures(run: Run, summary: dict) -> str:
-    from soft_sim_ros.report import plots
+    from soft_sim_ros.report import felt, plots
     from soft_sim_ros.report.motion import motion
 
     pictures: list[tuple[str, bool, Callable[[], Figure]]] = [
@@ -190,6 +203,7 @@ def _pictures(run: Run, summary: dict) -> str:
             for name in list(numbers.tip_paths(run))[: numbers.MOST_TIPS]
         ),
         ("Actuators", bool(run.joint_states.name), lambda: plots.actuators(run)),
+        ("Contacts and reactions", _feels(run), lambda: felt.felt(run)),
         ("Energy", len(run.energy) > 0, lambda: plots.energy(run)),
         (
             "Timing",

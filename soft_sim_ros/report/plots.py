@@ -16,11 +16,11 @@ from soft_sim_ros.report.numbers import short, tip_paths
 from soft_sim_ros.report.style import COLOURS, FAINT, INK, look, shown, thin
 from soft_sim_ros.report.units import grouped, port_units
 
-_WIDTH = 10.0
+WIDTH = 10.0
 _MOST_NAMES = 32  # more lines than this are drawn without a legend: no two of these look alike
 _COLUMN = 12  # names in one column of a legend
 _APART = 0.08  # of the time shown: events closer than this share one label
-_MOST_LINES = 64  # no more are drawn
+MOST_LINES = 64  # no more are drawn
 
 
 def tip(run: Run, name: str = "") -> Figure:
@@ -30,22 +30,22 @@ def tip(run: Run, name: str = "") -> Figure:
     for index, name in enumerate("xyz"):
         upper.plot(*thin(time, position[:, index]), label=name, **look(index))
     upper.set(title="Tip position", ylabel="m")
-    _legend(upper)
+    legend(upper)
     distinct = np.concatenate([[True], np.diff(time) > 0.0]) if len(time) else np.empty(0, bool)
     time, position = time[distinct], shown(position[distinct])
     if len(time) > 1:
         speed = np.linalg.norm(np.gradient(position, time, axis=0), axis=1)
         lower.plot(*thin(time, speed), color=INK, linewidth=1.0)
     lower.set(title="Tip speed", ylabel="m/s", xlabel="time (s)")
-    _mark_events(run, upper, lower)
+    mark_events(run, upper, lower)
     return figure
 
 
 def actuators(run: Run) -> Figure:
     """Draw effort and conjugate position of every actuator; what shares axes shares its unit."""
     joints = run.joint_states
-    groups = grouped(joints.name[:_MOST_LINES], port_units(run))
-    figure = Figure(figsize=(_WIDTH, 4.6 * len(groups)), layout="constrained")
+    groups = grouped(joints.name[:MOST_LINES], port_units(run))
+    figure = Figure(figsize=(WIDTH, 4.6 * len(groups)), layout="constrained")
     panels = figure.subplots(2 * len(groups), 1, sharex=True)
     for place, ((effort, position), members) in enumerate(groups.items()):
         upper, lower = panels[2 * place : 2 * place + 2]
@@ -58,9 +58,9 @@ def actuators(run: Run) -> Figure:
                 lower.plot(*thin(joints.time, values), label=label, **look(index))
         upper.set(title="Actuator efforts", ylabel=effort)
         lower.set(title="Conjugate positions", ylabel=position)
-        _legend(upper)
+        legend(upper)
     panels[-1].set(xlabel="time (s)")
-    _mark_events(run, *panels)
+    mark_events(run, *panels)
     return figure
 
 
@@ -69,23 +69,23 @@ def energy(run: Run) -> Figure:
     ledger = run.energy
     figure, (upper, lower) = _two(1.7, 1.0)
     entries = [name for name in ledger.names if name != "residual"]
-    for index, name in enumerate(entries[:_MOST_LINES]):
+    for index, name in enumerate(entries[:MOST_LINES]):
         label = short(name.replace("_", " "))
         upper.plot(*thin(ledger.time, ledger[name]), label=label, **look(index))
     upper.set(title="Energy ledger", ylabel="J")
-    _legend(upper)
+    legend(upper)
     if "residual" in ledger.names:
         lower.axhline(0, color=FAINT, linewidth=1)
         lower.plot(*thin(ledger.time, ledger["residual"]), color=COLOURS[1], linewidth=1.0)
     lower.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
     lower.set(title="Residual of the ledger", ylabel="J", xlabel="time (s)")
-    _mark_events(run, upper, lower)
+    mark_events(run, upper, lower)
     return figure
 
 
 def timing(run: Run, summary: Mapping[str, Any]) -> Figure:
     """Draw what a step cost, if the summary says so, and how evenly messages are spaced."""
-    figure = Figure(figsize=(_WIDTH, 3.0), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.0), layout="constrained")
     cost = summary.get("step_cost") or {}
     bins = cost.get("histogram") or []
     panels = figure.subplots(1, 2 if bins else 1, squeeze=False)[0]
@@ -103,7 +103,7 @@ def timing(run: Run, summary: Mapping[str, Any]) -> Figure:
         title="Simulation time between messages", xlabel="interval (ms)", ylabel="share of messages"
     )
     if intervals:
-        _legend(axes)
+        legend(axes)
     return figure
 
 
@@ -127,7 +127,7 @@ def _draw_cost(axes: Axes, cost: Mapping[str, Any], bins: list[Mapping[str, Any]
             value = float(cost[key])
             axes.axvline(value, color=colour, linewidth=1.3, label=f"{label} {value:.4g} µs")
     axes.set(title="Cost of a step", xlabel="wall time (µs)", ylabel="share of steps")
-    _legend(axes)
+    legend(axes)
 
 
 def _draw_intervals(axes: Axes, name: str, values: NDArray, index: int) -> None:
@@ -146,12 +146,13 @@ def _draw_intervals(axes: Axes, name: str, values: NDArray, index: int) -> None:
 
 
 def _two(upper: float, lower: float) -> tuple[Figure, NDArray]:
-    figure = Figure(figsize=(_WIDTH, 4.6), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
     panels = figure.subplots(2, 1, sharex=True, height_ratios=[upper, lower])
     return figure, panels
 
 
-def _legend(axes: Axes) -> None:
+def legend(axes: Axes) -> None:
+    """Name the lines beside axes, unless there are too many to tell apart."""
     lines = axes.get_legend_handles_labels()[1]
     if 0 < len(lines) <= _MOST_NAMES:
         axes.legend(
@@ -163,7 +164,7 @@ def _legend(axes: Axes) -> None:
         )
 
 
-def _mark_events(run: Run, *panels: Axes) -> None:
+def mark_events(run: Run, *panels: Axes) -> None:
     """Mark resets, pauses and the like by thin vertical lines, named once."""
     room, free = _APART * max(run.end - run.start, 1e-9), -np.inf
     for time_ns, text in run.events[:40]:

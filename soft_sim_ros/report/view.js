@@ -118,6 +118,43 @@
     };
   });
 
+  // ---- what stands around, and forces of contacts
+  for (const { kind, size, place: at, turn: q, opacity } of meta.solids) {
+    const shape = kind === "box" ? new THREE.BoxGeometry(1, 1, 1)
+      : kind === "cylinder" ? new THREE.CylinderGeometry(0.5, 0.5, 1, 40)
+        : new THREE.SphereGeometry(0.5, 40, 24);
+    if (kind === "cylinder") shape.rotateX(Math.PI / 2); // along z, as everywhere
+    const mesh = new THREE.Mesh(shape, new THREE.MeshStandardMaterial({ color: 0x8c8780,
+      roughness: 0.9, transparent: true, opacity, depthWrite: false }));
+    mesh.scale.set(...size);
+    mesh.position.set(...at);
+    mesh.quaternion.set(...q);
+    mesh.renderOrder = -1;
+    scene.add(mesh);
+  }
+  const most = Math.max(0, ...meta.pushes.map((found) => found.length / 7));
+  const arrows = Array.from({ length: most }, () => {
+    const arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), middle, 1, 0xffffff);
+    scene.add(arrow);
+    return arrow;
+  });
+  const push = (t) => {
+    let i = 0, j = frames - 1;
+    while (i < j) { const k = (i + j + 1) >> 1; if (times[k] <= t) i = k; else j = k - 1; }
+    const found = meta.pushes[i] || [];
+    arrows.forEach((arrow, k) => {
+      const [x, y, z, fx, fy, fz, sticks] = found.slice(7 * k, 7 * k + 7);
+      const size = Math.hypot(fx, fy, fz);
+      arrow.visible = size > 0;
+      if (!arrow.visible) return;
+      const long = (0.4 * reach * size) / (size + 0.3);
+      arrow.position.set(x, y, z);
+      arrow.setDirection(new THREE.Vector3(fx / size, fy / size, fz / size));
+      arrow.setLength(long, 0.3 * long, 0.15 * long);
+      arrow.setColor(sticks ? 0x009e73 : 0xd55e00);
+    });
+  };
+
   // ---- the eye: turns about a point, z stays up
   const eye = new THREE.OrthographicCamera(-1, 1, 1, -1, -100 * reach, 100 * reach);
   eye.up.set(0, 0, 1);
@@ -232,6 +269,7 @@
       changed = false;
       pose(now);
       for (const draw of drawn) draw();
+      push(now);
       axes.position.fromArray(place, 0);
       const flat = Math.cos(look.height);
       eye.zoom = look.zoom;

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_sim_ros.recording.reader import Run
+from soft_sim_ros.report import around
 from soft_sim_ros.report.shapes import shapes_of
 from soft_sim_ros.report.style import shown, stride
 from soft_sim_ros.report.units import scene_of
@@ -84,7 +85,9 @@ def section(run: Run) -> str:
         "reach": max(0.6 * extent, 1e-6),
         "floor": float(low[2] - 0.06 * extent),
         "trails": [np.round(trail, digits).ravel().tolist() for trail in trails],
-        "legend": _legend(names, scene is None),
+        "solids": around.solids(scene, extent, digits),
+        "pushes": around.pushes(run, moments, digits),
+        "legend": _legend(names, scene is None, len(run.contacts.at) > 0),
     }
     data = json.dumps(meta, separators=(",", ":"), allow_nan=False)
     licence = html.escape(_LICENCE.read_text("utf-8"))
@@ -128,12 +131,17 @@ def _shares(run: Run, time_ns: NDArray[np.int64], names: list[str]) -> Floats:
     return out
 
 
-def _legend(names: list[str], blind: bool) -> str:
+def _legend(names: list[str], blind: bool, touches: bool) -> str:
     if blind:
         return "The recording has no scene that can be read: the thickness is made up."
-    if not names:
-        return ""
-    return "Tendons and chambers: blue without effort, orange at their largest in this run."
+    words = []
+    if names:
+        words.append(
+            "Tendons and chambers: blue without effort, orange at their largest in this run."
+        )
+    if touches:
+        words.append("Arrows are forces of contacts: green where they stick, red where not.")
+    return " ".join(words)
 
 
 def _packed(data: bytes) -> str:
