@@ -126,7 +126,8 @@ def _actuator(**keys: Any) -> Callable[[Document, float], None]:
 
 def _body(first: bool, **keys: Any) -> Callable[[Document, float], None]:
     def add(scene: Document, size: float) -> None:
-        body = {key: size if value is None else value for key, value in keys.items()}
+        least = max(size, 1e-60)  # what scenes take for a mass
+        body = {key: least if value is None else value for key, value in keys.items()}
         scene["bodies"].insert(0 if first else len(scene["bodies"]), body)
 
     return add
@@ -183,7 +184,7 @@ FEATURES = (
     Feature("gravity", _gravity, 9.81),
     Feature("viscosity", _material(viscosity=float), 100.0),
     Feature("Rayleigh damping", _material(rayleigh=lambda x: {"mass": x}), 0.5),
-    Feature("Maxwell branch", _material(maxwell=lambda x: {"ratio": x, "time": 0.1}), 0.5),
+    Feature("Maxwell branch", _material(maxwell=lambda x: {"ratio": max(x, 1e-60), "time": 0.1}), 0.5),
     Feature("hyperelastic law", _law, silent=False),
     Feature(
         "formula along the rod",

@@ -328,8 +328,8 @@ DOCUMENTS["laws"] = {
 DOCUMENTS["maxwell"] = {
     "materials": {"soft": SOFT | {"maxwell": {"ratio": 0.5, "time": 0.1}}},
     "gravity": [0, 0, -9.81],
-    "bodies": [rod("r")],
-    "initial": {"state": "equilibrium"},
+    "bodies": [{"joint": "j", "kind": "revolute", "axis": [0, 1, 0], "stiffness": 1.0}, rod("r")],
+    "initial": {"state": "equilibrium", "guesses": {"j": 0.1}},
     "numerics": NUMERICS
     | {"basis": {"kind": "chebyshev", "order": {"bend_y": 2, "bend_z": 1}, "elements": 2}},
 }

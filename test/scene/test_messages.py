@@ -346,6 +346,17 @@ MISTAKES = [
         "36: initial.positions.elbow = 0.5: expected a known key, one of shoulder",
     ),
     (
+        "positions: {shoulder: 0.5}",
+        "guesses: {shoulder: 0.5}",
+        "36: initial.guesses = {shoulder: 0.5}: expected no such key: state: reference begins at "
+        "positions, nothing is searched",
+    ),
+    (
+        "positions: {shoulder: 0.5}",
+        "state: equilibrium\n  positions: {shoulder: 0.5}\n  guesses: {shoulder: 0.4}",
+        "38: initial.guesses.shoulder = 0.4: expected no joint that positions hold",
+    ),
+    (
         "arm/distal: {bend_z: 1}",
         "arm/distal: {stretch: 1}",
         "37: initial.strains.arm/distal.stretch = 1: expected no such key: this strain "
