@@ -19,7 +19,7 @@ from soft_sim_ros.node.parameters import (
 )
 from soft_sim_ros.node.quality import check_overrides
 from soft_sim_ros.recording.claims import REMAPPED
-from soft_sim_ros.recording.topics import EVENTS, INPUTS, OUTPUTS, VIEWS
+from soft_sim_ros.recording.topics import CONTACTS, EVENTS, FELT, INPUTS, OUTPUTS, VIEWS
 from soft_sim_ros.scene import load_scene
 
 
@@ -87,7 +87,7 @@ def read_settings(node: Node, args: Sequence[str], name: str = "") -> Settings:
     others = strangers(node, shared)
     settings = declare(node, others, shared)
     clock = ["/clock"] if settings.publish_clock else []
-    published = [topic for topic, _, _ in (*OUTPUTS.values(), *EVENTS.values())]
+    published = [topic for topic, _, _ in (*OUTPUTS.values(), FELT[CONTACTS], *EVENTS.values())]
     subscribed = [topic for topic, _, _ in INPUTS.values()]
     if settings.time != OWN:
         subscribed.append("/clock")

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from closed import held_rod
+from forests import rod
 from scenes import scene_of
 
-from soft_sim_ros.core.settled import Simulation
+from soft_sim_ros.core.settled import Dynamics, Simulation
+from soft_sim_ros.scene.constraint import CONSTRAINT_KINDS, WITH_AXIS
 
 G = 9.81
 
@@ -108,3 +110,42 @@ def test_held_orientation_carries_a_spinning_body_without_turning_it():
     np.testing.assert_allclose(pose[:3, 3], [0.0, 0.5 * 0.3 / 0.4 * 0.04, 0.0], atol=1e-9)
     reaction = simulation.reactions()["gyro"]
     np.testing.assert_allclose(reaction.moment, [-0.01, -0.02, 0.03], atol=1e-10)
+
+
+@pytest.mark.parametrize("kind", CONSTRAINT_KINDS)
+def test_rows_follow_coordinates_as_their_difference_quotients_say(kind):
+    """Of two bodies on branches of their own, in any state."""
+    one = {
+        "name": "one",
+        "kind": kind,
+        "frames": [
+            {"body": "left", "s": 0.1},
+            {"body": "right", "offset": {"position": [0.01, 0.02, 0.03], "rpy": [0.3, 0.2, 0.1]}},
+        ],
+    }
+    if kind in WITH_AXIS:
+        one["axis"] = [0.3, -0.5, 0.8]
+    if kind == "distance":
+        one["length"] = 0.2
+    branch = {"body": "hub", "offset": {"position": [0.0, 0.1, 0.0], "rpy": [0.1, 0.2, 0.3]}}
+    bodies = [
+        {"joint": "free", "kind": "free"},
+        {"rigid_body": "hub", "mass": 0.2, "inertia": [1e-4] * 3},
+        rod("left", 0.3, {"body": "hub"}),
+        rod("right", 0.2, branch),
+    ]
+    dynamics = Dynamics(scene_of(held_rod([one], bodies=bodies, numerics={"basis": {"order": 2}})))
+    rng, still = np.random.default_rng(4), np.zeros(dynamics.n)
+    q, step = 0.3 * rng.normal(size=dynamics.n) / dynamics.model.weight, 1e-6
+
+    def value(at):
+        dynamics.residual(at, still, still, dynamics.forcing())
+        return dynamics.constraints.value
+
+    for _ in range(3):
+        way = rng.normal(size=dynamics.n) / dynamics.model.weight
+        quotient = (value(q + step * way) - value(q - step * way)) / (2.0 * step)
+        value(q)
+        told = dynamics.constraints.jacobian() @ way
+        np.testing.assert_allclose(told, quotient, atol=1e-8)
+        assert np.abs(told).max() > 1e-3

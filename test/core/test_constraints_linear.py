@@ -9,6 +9,7 @@ from scenes import scene_of
 
 from soft_sim_ros.core.analysis.inverse_kinematics import inverse_kinematics, tip_sensitivity
 from soft_sim_ros.core.analysis.linearisation import linearise
+from soft_sim_ros.core.analysis.modes import complex_modes
 from soft_sim_ros.core.analysis.statics import equilibrium, unstable_directions
 from soft_sim_ros.core.settled import Dynamics, Simulation
 from soft_sim_ros.errors import TargetUnreachable
@@ -68,6 +69,29 @@ def test_a_linear_system_moves_as_the_arm_does_along_what_constraints_leave_free
         quotient = (found[0] - found[1]) / (2.0 * step)
         told = (system.A @ x + system.B @ u)[free:]
         np.testing.assert_allclose(quotient, told, atol=2e-6 * np.abs(told).max())
+
+
+def test_a_damped_beam_held_at_both_ends_decays_as_the_closed_form():
+    """Kelvin and Voigt: s² + (3η/E) ω² s + ω² = 0 of every mode, clamped and clamped.
+
+    Bending stretches fibres, whose viscosity is Trouton's, 3η of the shear viscosity η.
+    """
+    length, radius, viscosity = 0.5, 0.01, 3e3
+    end = {"name": "far", "kind": "weld", "frames": [{"body": "rod"}]}
+    document = held_rod(
+        [end],
+        rod={"model": "euler_bernoulli", "strains": ["bend_z"]},
+        materials={"soft": SLACK | {"viscosity": viscosity}},
+        numerics={"step": 1e-3, "basis": {"order": 8}},
+    )
+    dynamics = Dynamics(scene_of(document))
+    found = complex_modes(dynamics, np.zeros(dynamics.n)).values
+    for root in (4.730040744862704, 7.853204624095838):
+        bending = 1e6 * np.pi * radius**4 / 4.0 / (1000.0 * np.pi * radius**2)
+        square = bending * (root / length) ** 4
+        damping = 0.5 * 3.0 * viscosity / 1e6 * square
+        expected = -damping + 1j * np.sqrt(square - damping**2)
+        assert np.abs(found - expected).min() < 2e-4 * abs(expected)
 
 
 def test_a_constant_push_ends_where_the_linear_system_says(railed):

@@ -11,12 +11,14 @@ from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.model import Data
-from soft_sim_ros.core.recursion.columns import node_jacobians
+from soft_sim_ros.core.recursion.elimination import System, new_system
+from soft_sim_ros.core.recursion.tangent import tangent
 from soft_sim_ros.core.terms.closures import MODE, TURN, bends, in_force_now, lever
 from soft_sim_ros.errors import NoSuchPlace, NotMet
 
 from .redundancy import DEPENDENT, Redundancy, redundancies
 
+MOTION = 18  # rows of what a block hands to its end: J x, and its first and second rate
 GAP = 1e-3  # of the length, or rad: so far a state may be off and is still put right
 
 
@@ -67,6 +69,7 @@ class Constraints:
 
     def __init__(self, compiled: Compiled, data: Data) -> None:
         self._compiled, self._model, self._data = compiled, compiled.model, data
+        self._system: System | None = None
         self.names = tuple(one.name for one in compiled.scene.constraints)
         closures = self._model.closures
         self.rows = len(closures.rule)
@@ -120,11 +123,25 @@ class Constraints:
         return np.asarray(sites.T @ matrix @ sites)
 
     def _sites(self) -> Floats:
-        """Return the spatial Jacobians (6F, n) of the nodes that constraints push."""
-        nodes, n = len(self._data.position), int(self._model.block_col[-1])
-        jacobian, rate = np.zeros((nodes, 6, n)), np.zeros((nodes, 6, n))
-        node_jacobians(self._model, self._data, jacobian, rate)
-        return jacobian[self._model.closures.site[:, 0]].reshape(-1, n)
+        """Return the spatial Jacobians (6F, n) of the nodes that constraints push.
+
+        They are what the tangent hands from block to block, so the cost is linear in the blocks.
+        """
+        model, data, columns = self._model, self._data, self._model.block_col
+        if self._system is None:
+            self._system = new_system(model)
+        system = self._system
+        tangent(model, data, (1.0, 0.0, 0.0), system)
+        parents = model.tree.block
+        out = np.zeros((len(model.closures.site), 6, int(columns[-1])))
+        for own, block in zip(out, model.closures.site[:, 1].tolist(), strict=True):
+            while block >= 0:
+                begin, end = columns[block], columns[block + 1]
+                first, last = system.column[block], system.column[block + 1]
+                motion = system.motion[MOTION * first : MOTION * last].reshape(MOTION, -1)
+                own[:, begin:end] = motion[:6, : end - begin]
+                block = int(parents[block]) if len(parents) else block - 1
+        return out.reshape(-1, int(columns[-1]))
 
     def frames(self, k: int) -> tuple[Floats, Floats]:
         """Return both frames (4, 4) of constraint k in the base frame."""
