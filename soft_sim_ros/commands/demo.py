@@ -128,7 +128,7 @@ def replay(run: Run) -> dict[str, Any]:
     with child("the listener", f"{PACKAGE}.commands.listen", topic, str(last)) as listener:
         for text in listener.wait_for("listening"):
             line.show(text)
-        options = ("--rate", repr(REPLAY_RATE), "--delay", repr(REPLAY_DELAY))
+        options = ("--rate", repr(REPLAY_RATE), "--delay", repr(REPLAY_DELAY), "--wait-for", topic)
         with child("the replay", PACKAGE, "replay", str(run.path), *options) as player:
             for text in _both(player.lines(), line):
                 said = _log(text)

@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Container, Mapping
+from collections.abc import Container, Iterable, Mapping
 from itertools import groupby
 
 import rclpy
@@ -21,7 +21,7 @@ from soft_sim_ros.foreign import one_line, printable
 from soft_sim_ros.node.clock import Pacer
 from soft_sim_ros.node.message_types import installed_type
 from soft_sim_ros.node.quality import qos_profile
-from soft_sim_ros.node.replay_choice import chosen, event_topic, parser
+from soft_sim_ros.node.replay_choice import CLOCK, chosen, event_topic, parser, waited_for
 from soft_sim_ros.node.signals import Signals, Stopped
 from soft_sim_ros.node.start import asking_ros, start
 from soft_sim_ros.recording.cdr import ClockBuffer
@@ -35,6 +35,7 @@ NAME = "replay"
 _BREATH = 0.001  # s between instants at rate 0: queues are short and subscribers need the time
 _LAST_SECOND = 2**31 - 1
 _PATIENCE = 2.0  # s, at the end, with reliable subscribers that have not yet answered
+_MATCH = 0.3  # s: a subscriber knows its publisher a little later than the other way round
 
 
 def main(args: list[str] | None = None) -> int:
@@ -54,6 +55,7 @@ def main(args: list[str] | None = None) -> int:
                     clock=not (options.no_clock or options.commands_only),
                 )
             signals.when_stopped(player.stop)
+            player.wait_for(waited_for(run, options))
             return player.play(options.delay, options.loop)
         except SoftSimError as error:
             print(f"{NAME}: {one_line(error)}", file=sys.stderr)
@@ -98,7 +100,8 @@ class Player:
         self._offset_ns = 0  # from the time of the log to the stamps, and to the clock
         for message in run.messages():
             self._is_due(message)  # what is wrong is said before anything is sent
-        self._clock = node.create_publisher(Clock, "/clock", qos_profile(Qos())) if clock else None
+        self._awaited: list[Publisher] = []
+        self._clock = node.create_publisher(Clock, CLOCK, qos_profile(Qos())) if clock else None
         self._clock_bytes = ClockBuffer()
 
     def _offer(self, channel: Channel, topic: str) -> None:
@@ -121,12 +124,39 @@ class Player:
         """End as soon as possible; safe in a signal handler."""
         self._stop.set()
 
+    def wait_for(self, topics: Iterable[str]) -> None:
+        """Let `play` begin only when each of these topics has a subscriber.
+
+        Raises
+        ------
+        RecordingError
+            If one of them is not replayed.
+        """
+        for topic in topics:
+            publisher = self._clock if topic == CLOCK else self._publishers.get(topic)
+            if publisher is None:
+                reason = f"would wait for ever for {printable(topic)}: it is not replayed"
+                raise RecordingError(self._run.path, reason)
+            self._awaited.append(publisher)
+
+    def _wait_for_subscribers(self) -> None:
+        """Wait until somebody hears what is waited for; discovery takes as long as it takes."""
+        log = self._node.get_logger()
+        for publisher in self._awaited:
+            if publisher.get_subscription_count() == 0:
+                log.info(f"waiting for a subscriber of {one_line(publisher.topic_name)}")
+            while publisher.get_subscription_count() == 0 and not self._stop.wait(0.02):
+                pass
+        if self._awaited:
+            self._stop.wait(_MATCH)
+
     def play(self, delay: float, loop: bool) -> int:
         """Replay once, or until stopped; prints what was sent."""
         log = self._node.get_logger()
         run = self._run
         log.info(f"{one_line(run.path)}: {run.duration:.3f} s from t = {run.start:.3f} s")
         self._stop.wait(delay)  # for subscribers to find the publishers
+        self._wait_for_subscribers()
         begin = time.monotonic()
         passes = 0
         while not self._stop.is_set():
@@ -140,7 +170,8 @@ class Player:
         for topic, publisher in self._publishers.items():
             name = publisher.topic_name
             now = "" if name == topic else f", as {one_line(name)}"
-            log.info(f"{self.sent[topic]:8d}  {one_line(topic)}{now}")
+            heard = "" if publisher.get_subscription_count() else " (no subscriber)"
+            log.info(f"{self.sent[topic]:8d}  {one_line(topic)}{now}{heard}")
         stopped = "stopped" if self._stop.is_set() else "done"
         total = sum(self.sent.values())
         log.info(f"{stopped}: {total} messages, {passes} passes, {elapsed:.3f} s")

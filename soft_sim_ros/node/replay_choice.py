@@ -13,6 +13,7 @@ from soft_sim_ros.recording.claims import remapped
 from soft_sim_ros.recording.reader import Run
 from soft_sim_ros.recording.topics import COMMANDS, EVENTS, resolve
 
+CLOCK = "/clock"
 _LONGEST = 3600.0  # s of delay
 
 
@@ -55,6 +56,13 @@ def parser(name: str) -> Parser:
         metavar="S",
         help="seconds left to subscribers for finding the topics (default 2)",
     )
+    result.add_argument(
+        "--wait-for",
+        nargs="+",
+        default=[],
+        metavar="TOPIC",
+        help="after the delay, begin only when these, as recorded, have a subscriber; /clock too",
+    )
     return result
 
 
@@ -94,6 +102,18 @@ def chosen(run: Run, options: argparse.Namespace, namespace: str) -> dict[str, s
     if namespace == "/":
         return {topic: heard.get(topic, topic) for topic in wanted}
     return {topic: _moved(run, topic, namespace) for topic in wanted}
+
+
+def waited_for(run: Run, options: argparse.Namespace) -> list[str]:
+    """Return the recorded topics, and ``/clock``, without whose subscribers nothing begins.
+
+    Raises
+    ------
+    RecordingError
+        If one of them is not there.
+    """
+    there = list(dict.fromkeys(channel.topic for channel in run.channels))
+    return [CLOCK if t == CLOCK else _recorded(run, there, t) for t in options.wait_for]
 
 
 def _recorded(run: Run, there: list[str], name: str) -> str:

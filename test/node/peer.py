@@ -22,6 +22,7 @@ PROGRAM = ("-c", "import sys; from soft_sim_ros.node import main; sys.exit(main(
 FAULTY = (str(Path(__file__).with_name("faulty.py")),)
 ROOT = Path(__file__).parents[2]
 START = 240.0  # s; the first start on a machine compiles the kernels
+PATIENCE = 60.0  # s; a wait ends when it is over, and a busy machine may take its time
 
 
 def child_environment() -> dict[str, str]:
@@ -30,7 +31,7 @@ def child_environment() -> dict[str, str]:
     return {**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONPATH": path}
 
 
-def wait_for(condition: Callable[[], Any], what: str, timeout: float = 10.0) -> Any:
+def wait_for(condition: Callable[[], Any], what: str, timeout: float = PATIENCE) -> Any:
     """Wait until ``condition()`` is true and return it; fail with ``what`` was waited for."""
     deadline = time.monotonic() + timeout
     while not (result := condition()):
@@ -76,7 +77,7 @@ class Program:
         """Everything it has printed."""
         return self.output.read_text()
 
-    def wait_for_text(self, text: str, timeout: float = 10.0) -> None:
+    def wait_for_text(self, text: str, timeout: float = PATIENCE) -> None:
         """Wait until it has printed ``text``."""
         wait_for(
             lambda: text in self.text or (self.process.poll() is not None and "ended"),
@@ -85,7 +86,7 @@ class Program:
         )
         assert text in self.text, f"ended without {text!r}:\n{self.text}"
 
-    def wait(self, timeout: float = 20.0) -> int:
+    def wait(self, timeout: float = PATIENCE) -> int:
         """Wait for its end and return the exit code."""
         return self.process.wait(timeout)
 
@@ -162,7 +163,7 @@ class Peer:
         wait_for(publisher.get_subscription_count, f"subscriber of {topic}")
         return publisher
 
-    def ask(self, kind: type, service: str, request: Any = None, timeout: float = 10.0):
+    def ask(self, kind: type, service: str, request: Any = None, timeout: float = PATIENCE):
         """Call a service and return the response."""
         client = self.node.create_client(kind, service)
         assert client.wait_for_service(timeout), f"no service {service}"

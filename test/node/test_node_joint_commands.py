@@ -80,9 +80,7 @@ def test_ros2_control_hardware_drives_the_arm_and_its_timeouts_begin_when_it_lea
     # the controller is lost: what it asked for ends as every other command does
     peer.node.destroy_publisher(hardware.publisher)
     peer._publishers.remove(hardware.publisher)
-    wait_for(
-        lambda: list(hardware.states[-1].effort) == [0.01, 0.0], "the safe efforts", timeout=5.0
-    )
+    wait_for(lambda: list(hardware.states[-1].effort) == [0.01, 0.0], "the safe efforts")
     told = [m.data for m in list(events)]
     assert told.index("sender_left: ~/joint_command") < told.index("command_timeout: pitch, yaw")
     assert "refused" not in program.text

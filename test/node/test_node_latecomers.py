@@ -37,7 +37,7 @@ def test_a_late_joiner_on_a_paused_arm_sees_its_state_and_its_time(paused, peer)
     time.sleep(1.5)
     heard = len(first)
     late = peer.listen(JointState, "soft_arm/strain_state")
-    wait_for(lambda: late, "the state for who came late", timeout=3.0)
+    wait_for(lambda: late, "the state for who came late")
     assert stamps(late) == {10_000_000}
     time.sleep(0.5)
     assert len(first) == heard, "others hear nothing twice"
@@ -51,7 +51,7 @@ def test_a_latched_topic_keeps_its_last_message_for_who_comes_later(paused, peer
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     begin = time.monotonic()
     late = peer.listen(PoseArray, "soft_arm/backbone", latched)
-    wait_for(lambda: late, "the latched state", timeout=3.0)
+    wait_for(lambda: late, "the latched state")
     assert time.monotonic() - begin < 3.0
     assert "incompatible" not in paused.text
 

@@ -49,9 +49,12 @@ def test_topics_carry_the_scenes_name_and_a_replay_the_names_they_were_heard_und
         "--with-commands",
         "--rate",
         "5",
+        "--wait-for",
+        "/joint_states",
+        "/test_arm/command",
     )
     torques = peer.listen(Float64MultiArray, "/cell/torques")
-    assert program.wait(30.0) == 0, program.text
+    assert program.wait() == 0, program.text
     wait_for(lambda: len(states) == run.counts["/joint_states"], "the replayed states")
     wait_for(lambda: torques, "the replayed command")
     assert list(torques[0].data) == [0.1, 0.2]

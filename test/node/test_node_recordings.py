@@ -102,6 +102,11 @@ def replay(folder, record, *options):
     return Program(folder, REPLAY, str(record), *options)
 
 
+def heard(run, *keys):
+    """Words for a replay that begins when the test hears these topics; every one if not told."""
+    return ("--wait-for", *(keys or run.counts))
+
+
 class Listener:
     """Hears every topic of a recording as bytes, and the clock, in order of arrival."""
 
@@ -136,10 +141,11 @@ def on_the_wire(data):
 
 def test_a_replay_gives_the_same_bytes_in_the_same_order_and_time(tmp_path, record, run, peer):
     listener = Listener(peer, run)
-    program = replay(tmp_path, record, "--rate", "2", "--delay", "4")
-    assert program.wait(30.0) == 0, program.text
-    expected = recorded_by_topic(run)
     commands = {resolve(name, "/soft_arm") for name, _, _ in INPUTS.values()}
+    waited = heard(run, *(set(run.counts) - commands), "/clock")
+    program = replay(tmp_path, record, "--rate", "2", *waited)
+    assert program.wait() == 0, program.text
+    expected = recorded_by_topic(run)
     for topic, messages in expected.items():
         if topic in commands:
             assert listener.heard[topic] == [], f"{topic} would command a running arm"
@@ -156,7 +162,7 @@ def test_a_replay_gives_the_same_bytes_in_the_same_order_and_time(tmp_path, reco
 def test_a_replay_offers_the_recorded_types_and_qualities_of_service(tmp_path, record, run, peer):
     program = replay(tmp_path, record, "--with-commands", "--loop")
     for channel in run.channels:
-        wait_for(lambda c=channel: peer.node.count_publishers(c.topic), channel.topic, 20.0)
+        wait_for(lambda c=channel: peer.node.count_publishers(c.topic), channel.topic)
         (info,) = peer.node.get_publishers_info_by_topic(channel.topic)
         assert info.topic_type == channel.type
         assert info.qos_profile.reliability.name.lower() == channel.qos.reliability
@@ -169,8 +175,8 @@ def test_a_replay_offers_the_recorded_types_and_qualities_of_service(tmp_path, r
 
 def test_with_commands_a_replay_sends_those_too_as_fast_as_asked(tmp_path, record, run, peer):
     listener = Listener(peer, run)
-    program = replay(tmp_path, record, "--with-commands", "--rate", "0", "--delay", "4")
-    assert program.wait(30.0) == 0, program.text
+    program = replay(tmp_path, record, "--with-commands", "--rate", "0", *heard(run))
+    assert program.wait() == 0, program.text
     topic = "/soft_arm/external_wrench"
     expected = recorded_by_topic(run)[topic]
     wait_for(lambda: len(listener.heard[topic]) == len(expected), topic)
@@ -192,11 +198,12 @@ def test_a_replay_sends_what_is_asked_for_and_nothing_else(
     tmp_path, record, run, peer, options, topics, clock
 ):
     listener = Listener(peer, run)
-    program = replay(tmp_path, record, "--rate", "0", "--delay", "3", *options)
-    assert program.wait(30.0) == 0, program.text
     names = {f"/soft_arm/{key}" for key in topics}
     if "--commands-only" not in options:
         names.add("/joint_states")
+    waited = heard(run, *names, *(["/clock"] if clock else []))
+    program = replay(tmp_path, record, "--rate", "0", *options, *waited)
+    assert program.wait() == 0, program.text
     expected = recorded_by_topic(run)
     for topic in names:
         wait_for(lambda t=topic: len(listener.heard[t]) == len(expected[t]), topic)
@@ -206,12 +213,12 @@ def test_a_replay_sends_what_is_asked_for_and_nothing_else(
 
 def test_a_topic_that_is_not_there_is_refused_with_the_nearest(tmp_path, record):
     program = replay(tmp_path, record, "--topics", "~/backbon")
-    assert program.wait(30.0) == 2
+    assert program.wait() == 2
     assert "has no topic '~/backbon'; the nearest is /soft_arm/backbone" in program.text
 
 
 def test_a_replay_in_a_namespace_and_under_other_names(tmp_path, record, run, peer):
-    heard = {
+    heard_on = {
         topic: peer.node.create_subscription(kind, topic, lambda m, t=topic: counts.update([t]), 99)
         for topic, kind in (
             ("/left/soft_arm/tip_pose", message_class("geometry_msgs/msg/PoseStamped")),
@@ -220,11 +227,12 @@ def test_a_replay_in_a_namespace_and_under_other_names(tmp_path, record, run, pe
     }
     counts = Counter()
     rules = ("--ros-args", "-r", "__ns:=/left", "-r", "/left/joint_states:=/elsewhere")
-    program = replay(tmp_path, record, "--rate", "10", *rules)
-    assert program.wait(30.0) == 0, program.text
+    waited = heard(run, "/joint_states", "~/tip_pose")
+    program = replay(tmp_path, record, "--rate", "10", *waited, *rules)
+    assert program.wait() == 0, program.text
     wait_for(lambda: counts["/elsewhere"] == run.counts["/joint_states"], "joint states")
     assert counts["/left/soft_arm/tip_pose"] == run.counts["/soft_arm/tip_pose"]
-    assert set(counts) == set(heard)
+    assert set(counts) == set(heard_on)
     assert "/joint_states, as /elsewhere" in program.text
 
 
@@ -232,13 +240,31 @@ def test_a_looping_replay_begins_again_until_it_is_stopped(tmp_path, record, run
     listener = Listener(peer, run)
     program = replay(tmp_path, record, "--rate", "10", "--loop")
     backwards = lambda: np.count_nonzero(np.diff(listener.ticks) < 0)  # noqa: E731
-    wait_for(lambda: backwards() >= 2, "two new beginnings", 20.0)
+    wait_for(lambda: backwards() >= 2, "two new beginnings")
     program.send(signal.SIGTERM)
     assert program.wait() == 0, program.text
 
 
+def test_a_replay_waits_for_subscribers_it_is_told_of_and_says_who_has_none(
+    tmp_path, record, run, peer
+):
+    words = ("--rate", "0", "--delay", "0", "--wait-for", "~/tip_pose")
+    program = replay(tmp_path, record, *words, "--topics", "~/tip_pose", "~/energy")
+    program.wait_for_text("waiting for a subscriber of /soft_arm/tip_pose")
+    poses = peer.listen(message_class("geometry_msgs/msg/PoseStamped"), "/soft_arm/tip_pose", 1000)
+    assert program.wait() == 0, program.text
+    wait_for(lambda: len(poses) == run.counts["/soft_arm/tip_pose"], "all poses")
+    assert "/soft_arm/energy (no subscriber)" in program.text
+
+
+def test_a_replay_does_not_wait_for_what_it_does_not_send(tmp_path, record):
+    program = replay(tmp_path, record, "--no-clock", "--wait-for", "/clock")
+    assert program.wait() == 2
+    assert "would wait for ever for /clock: it is not replayed" in program.text
+
+
 def test_what_is_no_recording_is_said_in_words(tmp_path):
     program = replay(tmp_path, tmp_path / "nothing")
-    assert program.wait(30.0) == 2
+    assert program.wait() == 2
     assert "nothing: does not exist" in program.text
     assert "Traceback" not in program.text

@@ -51,8 +51,9 @@ def test_a_reset_with_time_begins_anew_at_0_for_stamps_clock_recording_and_repla
     assert Rerun(run).compare().identical
     assert (np.diff(run.joint_states.time_ns) >= 0).all(), "the log's time goes on"
     ticks.clear(), states.clear()
-    replay = Program(tmp_path, ("-m", "soft_sim_ros"), "replay", str(record), "--rate", "5")
-    assert replay.wait(30.0) == 0, replay.text
+    words = ("replay", str(record), "--rate", "5", "--wait-for", "/joint_states", "/clock")
+    replay = Program(tmp_path, ("-m", "soft_sim_ros"), *words)
+    assert replay.wait() == 0, replay.text
     wait_for(lambda: len(states) == run.counts["/joint_states"], "the replayed states")
     wanted = {stamp(message) for message in states}
     wait_for(lambda: wanted <= set(times(ticks)), "a tick for every stamp")

@@ -17,10 +17,12 @@ from typing import NamedTuple
 import numpy as np
 
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.mechanics.blocks import Blocks
 from soft_sim_ros.core.mechanics.closing import free_directions
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 
-from .small_motion import EPS, all_decay, is_symmetric, leaving, small_motions, unit_scale
+from .large import growing_of, negative_directions, slow_motions, symmetric_blocks, unit_blocks
+from .small_motion import EPS, Complex, all_decay, is_symmetric, leaving, small_motions, unit_scale
 
 # Beyond so many coordinates motions without symmetry are looked at in the slowest directions only.
 SLOWEST = 300
@@ -62,6 +64,10 @@ def verdict(dynamics: Dynamics, mask: np.ndarray | None = None, time: float = 0.
     What constraints hold at ``time`` in s does not move.
     """
     mask = np.ones(dynamics.n, dtype=bool) if mask is None else mask
+    if Blocks.serve(dynamics, mask):
+        judged = _large(dynamics, mask)
+        if judged is not None:
+            return judged
     own = np.ix_(mask, mask)
     stiffness = dynamics.last_tangent((1.0, 0.0, 0.0))[own]
     if not stiffness.size:
@@ -87,15 +93,38 @@ def verdict(dynamics: Dynamics, mask: np.ndarray | None = None, time: float = 0.
     if all_decay(stiffness, damping, mass, scale):
         return Verdict(0)
     found = small_motions(stiffness, damping, mass, scale)
-    growing = found.values[found.growing]
+    return _of_growing(dynamics, found.values[found.growing], bool(damping.any()))
+
+
+def _of_growing(dynamics: Dynamics, growing: Complex, damped: bool) -> Verdict:
+    """Return the verdict on motions that grow, s (k,) in 1/s."""
     if not len(growing):
         return Verdict(0)
     fastest = growing[np.argmax(growing.real)]
     hertz = abs(float(fastest.imag)) / (2.0 * np.pi)
     follows = dynamics.forces_follow
     leaves = np.abs(growing.imag) < (UNSEEN if follows else 1.0) * growing.real
-    undamped = not damping.any() and not leaves.any()
+    undamped = not damped and not leaves.any()
     return Verdict(len(growing), float(fastest.real), hertz, undamped)
+
+
+def _large(dynamics: Dynamics, mask: np.ndarray) -> Verdict | None:
+    """Return the verdict on many coordinates at linear cost; None where only a dense one can tell.
+
+    Without symmetry, of the slowest motions only.
+    """
+    blocks = Blocks(dynamics, mask)
+    blocks.fill((1.0, 0.0, 0.0))
+    scale = unit_blocks(dynamics, blocks)
+    if symmetric_blocks(blocks, scale):
+        count = None if blocks.tied else negative_directions(blocks, scale)
+        return None if count is None else Verdict(count)
+    motions = slow_motions(dynamics, mask, scale)
+    if motions is None:
+        return None
+    blocks.fill((0.0, 1.0, 0.0))
+    damped = bool(blocks.times(np.where(mask, 1.0, 0.0)).any())
+    return _of_growing(dynamics, growing_of(motions), damped)
 
 
 def unstable_directions(

@@ -14,7 +14,7 @@ from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model.contact import PRESENT
 from soft_sim_ros.core.recursion.columns import node_jacobians
-from soft_sim_ros.core.recursion.elimination import dense, new_system
+from soft_sim_ros.core.recursion.elimination import dense, diagonal_of, new_system
 from soft_sim_ros.core.recursion.momentum import momentum
 from soft_sim_ros.core.recursion.output import energies
 from soft_sim_ros.core.recursion.rnea import place
@@ -101,9 +101,15 @@ class Dynamics(Ports):
     def law_at_rest(self) -> Floats:
         """The diagonal (n,) of the elastic stiffness in the reference shape."""
         section = self._data.section.copy()  # scratch of the last residual, put back below
-        diagonal = np.diag(self.stiffness_matrix()).copy()
+        section_strains(self.model.fibres, self._zero, self._data.section)
+        system = new_system(self.model)
+        fibre_tangent(self.model, self._data.section, 1.0, system)
         self._data.section[:] = section
-        return diagonal
+        diagonal = system.diagonal[diagonal_of(self.model, system)]
+        rows = np.repeat(np.arange(self.n), np.diff(self.model.law_ptr))
+        own = rows == self.model.law_col
+        diagonal[rows[own]] += self.model.stiffness[own]
+        return np.asarray(diagonal)
 
     def damping_matrix(self, q: Floats | None = None) -> Floats:
         """Return R (n, n) at q, by default the reference shape.

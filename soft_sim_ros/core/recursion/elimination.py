@@ -114,6 +114,14 @@ def new_system(model: Model) -> System:
     )
 
 
+def diagonal_of(model: Model, system: System) -> Ints:
+    """Return where the diagonal (n,) of the matrix stands in ``system.diagonal``."""
+    sizes = np.diff(model.block_col)
+    block = np.repeat(np.arange(len(sizes)), sizes)
+    own = np.arange(len(block)) - model.block_col[block]
+    return np.asarray(system.offset[block] + own * (sizes[block] + 1))
+
+
 @kernel
 def rows(system, flat, count, b):
     """Return the (count, W) matrix of block b in a flat array."""
