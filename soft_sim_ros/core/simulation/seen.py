@@ -1,0 +1,117 @@
+"""The motion of a simulation at the end of a step, as its sensors see it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from soft_sim_ros.core.compile.scene import Compiled
+from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.core.integrators.adaptive import BEGIN, FIRST, LENGTH, SINCE
+from soft_sim_ros.core.integrators.problem import (
+    A0,
+    A1,
+    ADAPTIVE,
+    ALPHA,
+    DIRK,
+    Q0,
+    Q1,
+    V0,
+    V1,
+    Problem,
+)
+from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.mechanics.instant import Instant
+from soft_sim_ros.core.recursion.rnea import place
+
+from .held import Holding
+
+BEFORE = 2e-9  # of a step: loads that switch at its end are those before it
+
+
+class Seen:
+    """What sensors that feel accelerations and wrenches see.
+
+    Parameters
+    ----------
+    compiled : the arm
+    """
+
+    def __init__(self, compiled: Compiled) -> None:
+        self._dynamics = Dynamics(compiled)  # scratch of its own: nothing else notices
+
+    def instant(self, arm: Holding, problem: Problem, made: bool) -> Instant:
+        """Return the motion of a simulation now.
+
+        Accelerations are those with which the last step ended, where the method has them. Where it
+        has not, and before the first step, they are those of the equations of motion.
+
+        Parameters
+        ----------
+        made : whether a step has just been made
+        """
+        dynamics, n = self._dynamics, arm.n_coordinates
+        dynamics.carry(arm.dynamics.attached)
+        step = arm.step_ns * 1e-9
+        now = arm.step_index * arm.step_ns * 1e-9
+        if made:
+            now -= max(BEFORE * step, 2e-15 * abs(now))
+        efforts, wrench, follows = arm.held()
+        data = dynamics.forcing(efforts, now, 1.0, wrench, follows, arm.live())
+        if len(data.touch.bristle):
+            data.touch.bristle[:] = problem.data.touch.bristle
+        closed, own = problem.data.closed, data.closed
+        own.held[:] = closed.held
+        a = solved(problem, n, step) if made else None
+        if a is None:
+            a = dynamics.accelerations(arm.q, arm.v, data, now, self._dashpots(arm, problem))
+        else:
+            own.on[:], own.multiplier[:] = closed.on, closed.multiplier
+            a[dynamics.model.driven[:, 0]] = data.driven[:, 2]
+        dynamics.residual(arm.q, arm.v, a, data)
+        place(dynamics.model, data)
+        base = arm.compiled.base
+        return Instant(arm.q, arm.v, a, data, now, base, dynamics.attached, None)
+
+    def _dashpots(self, arm: Holding, problem: Problem) -> Floats | None:
+        """Return the force (n,) of Maxwell branches, less the motion; None without any."""
+        if not len(arm.compiled.model.branch):
+            return None
+        pulled = arm.q - problem.state.q[arm.n_coordinates :]
+        return np.asarray(self._dynamics.branch_matrix() @ pulled)
+
+
+def solved(problem: Problem, n: int, step: float) -> Floats | None:
+    """Return the accelerations (n,) at the end of the last step of ``step`` s, if it has any.
+
+    Those of a chart that was left at the end of the step are none.
+    """
+    work, method = problem.work, problem.method
+    if method.kind == ADAPTIVE:
+        closed = len(problem.model.closures.node) > 0
+        return None if closed else interpolated(problem, n, step)
+    last = method.tableau.shape[0] - 2
+    at_end = method.kind == ALPHA or (method.kind == DIRK and method.tableau[last, last + 1] == 1.0)
+    return work.a[:n].copy() if at_end and work.restart[0] == 0 else None
+
+
+def interpolated(problem: Problem, n: int, step: float) -> Floats:
+    """Return the second derivative (n,) of the polynomial of the adaptive method's present step.
+
+    It is that of ``integrators/adaptive.py``, ``interpolate``.
+    """
+    clock, span = problem.work.clock, problem.work.span
+    h = clock[LENGTH]
+    x = (clock[SINCE] * step - clock[BEGIN]) / h
+    q, v, a = span[[Q0, V0, A0], :n]
+    way, speed, end = span[Q1, :n] - q - h * v, h * (span[V1, :n] - v), h * h * span[A1, :n]
+    if clock[FIRST] != 0.0:
+        c2, c3 = 6.0 * way - 3.0 * speed + 0.5 * end, 5.0 * speed - 8.0 * way - end
+        c4, c5 = 0.5 * end - 2.0 * speed + 3.0 * way, np.zeros(n)
+    else:
+        c2 = 0.5 * h * h * a
+        way, speed, end = way - c2, speed - 2.0 * c2, end - 2.0 * c2
+        c3 = 10.0 * way - 4.0 * speed + 0.5 * end
+        c4 = -15.0 * way + 7.0 * speed - end
+        c5 = 6.0 * way - 3.0 * speed + 0.5 * end
+    curve = 2.0 * c2 + 6.0 * c3 * x + 12.0 * c4 * x**2 + 20.0 * c5 * x**3
+    return np.asarray(curve / h**2)
