@@ -17,7 +17,7 @@ from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import FlexibleLink, InputLoad, Joint, RigidBody, Rod
 from soft_sim_ros.scene.sensor import Sensor
 
-from .instant import Instant
+from .instant import Instant, cross
 
 
 class Cut:
@@ -85,7 +85,7 @@ class Cut:
         for k in self._branches:
             turn, shift = data.relative[k, :9].reshape(3, 3), data.relative[k, 9:]
             moment, force = turn @ data.wrench[k + 1, :3], turn @ data.wrench[k + 1, 3:]
-            total -= np.concatenate([moment + np.cross(shift, force), force])
+            total -= np.concatenate([moment + cross(shift, force), force])
         eta, rate = data.eta[self.node], data.acc[self.node]
         for inertia, damping, payload in self._masses:
             if payload < 0 or now.attached[payload]:
@@ -151,8 +151,8 @@ def inertial_wrench(inertia: Floats, eta: Floats, rate: Floats) -> Floats:
     inertia : (4,) kg and principal moments in kg·m²; eta, rate : twist and its rate (6,)
     """
     spin = inertia[1:] * eta[:3]
-    moment = inertia[1:] * rate[:3] + np.cross(eta[:3], spin)
-    return np.concatenate([moment, inertia[0] * (rate[3:] + np.cross(eta[:3], eta[3:]))])
+    moment = inertia[1:] * rate[:3] + cross(eta[:3], spin)
+    return np.concatenate([moment, inertia[0] * (rate[3:] + cross(eta[:3], eta[3:]))])
 
 
 def _turned(wrench: Floats, turn: Floats) -> Floats:

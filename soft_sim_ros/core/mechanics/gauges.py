@@ -18,7 +18,7 @@ from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.scene.sensor import CURVATURE, ENCODER, IMU, STRAIN, TENDON, WRENCH, Sensor
 
 from .cut import Cut
-from .instant import Instant, MovingFrame
+from .instant import Instant, MountedFrame, cross
 
 
 class Gauge(Protocol):
@@ -28,24 +28,34 @@ class Gauge(Protocol):
     ----------
     moving : whether it asks for the recursion with accelerations
     ported : whether it asks for the ports of the actuators
+    place : where the frame is that it is in (compile/samples.py); None: it is in none
+    row : which of ``Instant.motions`` is that of this frame
     """
 
     moving: bool
     ported: bool
+    place: Place | None
+    row: int
 
     def read(self, now: Instant) -> Floats:
         """Return the numbers (W,) of a reading."""
 
 
-class StrainGauge:
+class Still:
+    """What a gauge has that reads coordinates only."""
+
+    moving = ported = False
+    place: Place | None = None
+    row = 0
+
+
+class StrainGauge(Still):
     """The strain of a fibre of a rod, ΔL/L, positive where it is longer than without any load.
 
     Cross-sections stay plane and keep their shape, so a fibre that points along a (in the section's
     axes, without load) and lies at d is stretched by what moves along the rod alone: with Γ + K × d
     for Γ₀ + K₀ × d. Poisson's contraction across the rod is not in it.
     """
-
-    moving = ported = False
 
     def __init__(self, compiled: Compiled, sensor: Sensor, _key: str) -> None:
         s, zero = np.array(sensor.s), np.zeros(len(compiled.coordinate_names))
@@ -63,16 +73,14 @@ class StrainGauge:
 
     def _fibre(self, xi: Floats) -> Floats:
         """Return what a fibre along the rod becomes per arc length (3,)."""
-        return xi[3:] + np.cross(xi[:3], self._at)
+        return xi[3:] + cross(xi[:3], self._at)
 
 
-class CurvatureGauge:
+class CurvatureGauge(Still):
     """Torsion and curvature K of a rod in rad/m, as Bragg gratings in a fibre give them.
 
     They are those of the shape, with those of the reference shape, per reference arc length.
     """
-
-    moving = ported = False
 
     def __init__(self, compiled: Compiled, sensor: Sensor, _key: str) -> None:
         s, zero = np.array(sensor.s), np.zeros(len(compiled.coordinate_names))
@@ -84,29 +92,28 @@ class CurvatureGauge:
         return self._xi0 + self._phi @ now.q
 
 
-class InertialUnit:
+class InertialUnit(Still):
     """Orientation in the world, angular velocity, and specific force: acceleration minus gravity.
 
     The last two along its own axes: at rest it reads +9.81 m/s² upwards, in free fall nothing.
     """
 
-    moving, ported = True, False
+    moving = True
 
     def __init__(self, compiled: Compiled, sensor: Sensor, _key: str) -> None:
         offset = se3.pose_matrix(sensor.place.position, sensor.place.quaternion)
-        place = _place(compiled, sensor)
-        self._frame = MovingFrame(place, offset, len(compiled.coordinate_names))
+        self.place, self._frame = _place(compiled, sensor), MountedFrame(offset)
 
     def read(self, now: Instant) -> Floats:
         """Return quaternion x y z w, angular velocity and specific force (10,)."""
-        motion = self._frame.motion(now)
-        return np.concatenate([quaternion(motion.pose[:3, :3]), motion.twist[:3], motion.force])
+        motion = self._frame.motion(now.motions[self.row], now.base)
+        return np.concatenate([quaternion(motion.rotation), motion.omega, motion.force])
 
 
-class WrenchGauge:
+class WrenchGauge(Still):
     """What the body with all beyond it does to what carries it; see ``Cut``."""
 
-    moving, ported = True, False
+    moving = True
 
     def __init__(self, compiled: Compiled, sensor: Sensor, key: str) -> None:
         self._cut = Cut(compiled, sensor, key)
@@ -116,10 +123,10 @@ class WrenchGauge:
         return self._cut.wrench(now)
 
 
-class TendonGauge:
+class TendonGauge(Still):
     """Length of a tendon along its path in the rods, its rate, and its tension at the entry."""
 
-    moving, ported = False, True
+    ported = True
 
     def __init__(self, compiled: Compiled, sensor: Sensor, _key: str) -> None:
         names = [actuator.name for actuator in compiled.scene.actuators]
@@ -133,10 +140,8 @@ class TendonGauge:
         return np.array([self._rest - position, -rate, effort])
 
 
-class Encoder:
+class Encoder(Still):
     """Coordinates of a joint and their rates."""
-
-    moving = ported = False
 
     def __init__(self, compiled: Compiled, sensor: Sensor, _key: str) -> None:
         self._columns = list(compiled.chain.joints[sensor.of])

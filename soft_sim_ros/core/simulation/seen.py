@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from soft_sim_ros.core.compile.samples import samples_at
 from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.integrators.adaptive import BEGIN, FIRST, LENGTH, SINCE
@@ -20,7 +21,9 @@ from soft_sim_ros.core.integrators.problem import (
     Problem,
 )
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
+from soft_sim_ros.core.mechanics.gauges import Gauge
 from soft_sim_ros.core.mechanics.instant import Instant
+from soft_sim_ros.core.recursion.motions import WIDTH, sample_motions
 from soft_sim_ros.core.recursion.rnea import place
 
 from .held import Holding
@@ -34,10 +37,18 @@ class Seen:
     Parameters
     ----------
     compiled : the arm
+    gauges : those that are in a frame are told which of ``Instant.motions`` is theirs
     """
 
-    def __init__(self, compiled: Compiled) -> None:
+    def __init__(self, compiled: Compiled, gauges: list[Gauge]) -> None:
         self._dynamics = Dynamics(compiled)  # scratch of its own: nothing else notices
+        places = []
+        for gauge in gauges:
+            if gauge.place is not None:
+                gauge.row = len(places)
+                places.append(gauge.place)
+        self._samples = samples_at(places)
+        self._motions = np.zeros((len(places), WIDTH))
 
     def instant(self, arm: Holding, problem: Problem, made: bool) -> Instant:
         """Return the motion of a simulation now.
@@ -69,8 +80,10 @@ class Seen:
             a[dynamics.model.driven[:, 0]] = data.driven[:, 2]
         dynamics.residual(arm.q, arm.v, a, data)
         place(dynamics.model, data)
+        if len(self._motions):
+            sample_motions(data, self._samples, arm.q, arm.v, a, self._motions)
         base = arm.compiled.base
-        return Instant(arm.q, arm.v, a, data, now, base, dynamics.attached, None)
+        return Instant(arm.q, arm.v, data, self._motions, now, base, dynamics.attached, None)
 
     def _dashpots(self, arm: Holding, problem: Problem) -> Floats | None:
         """Return the force (n,) of Maxwell branches, less the motion; None without any."""

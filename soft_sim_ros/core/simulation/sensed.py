@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from functools import cached_property
 
+import numpy as np
+
 from soft_sim_ros.core.mechanics.instant import Instant
+from soft_sim_ros.core.recursion.motions import WIDTH
 
 from .payload import Carrying
 from .reading import Reading
@@ -12,6 +15,7 @@ from .seen import Seen
 from .sensing import Sensing
 
 NEVER = 2**62  # steps
+NOWHERE = np.zeros((0, WIDTH))
 
 
 class Sensed(Carrying):
@@ -59,8 +63,9 @@ class Sensed(Carrying):
             return self._seen.instant(self, self._problem, made)._replace(ports=ports)
         base = self.compiled.base
         there = self.dynamics.attached
-        return Instant(self.q, self.v, self.v, None, self.time, base, there, ports)
+        return Instant(self.q, self.v, None, NOWHERE, self.time, base, there, ports)
 
     @cached_property
     def _seen(self) -> Seen:
-        return Seen(self.compiled)
+        assert self._sensing is not None
+        return Seen(self.compiled, self._sensing.gauges)

@@ -147,9 +147,9 @@ class Sensing:
             sensor.name: Channel(compiled, sensor, step_ns, f"sensors[{i}]")
             for i, sensor in enumerate(compiled.scene.sensors)
         }
-        gauges = [channel.gauge for channel in self.channels.values()]
-        self.moving = any(gauge.moving for gauge in gauges)
-        self.ported = any(gauge.ported for gauge in gauges)
+        self.gauges = [channel.gauge for channel in self.channels.values()]
+        self.moving = any(gauge.moving for gauge in self.gauges)
+        self.ported = any(gauge.ported for gauge in self.gauges)
         self.next = 0  # the step at which the next reading is to be taken
 
     def measure(self, now: Instant, index: int) -> None:
