@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from soft_sim_ros.scene.limbs import CHAIN, Limbs
 
 FLOATS = "std_msgs/msg/Float64MultiArray"
+IMU = "sensor_msgs/msg/Imu"
 JOINTS = "sensor_msgs/msg/JointState"
 ODOMETRY = "nav_msgs/msg/Odometry"
 POSE = "geometry_msgs/msg/PoseStamped"
@@ -66,6 +67,7 @@ COMMANDS = {**INPUTS, **DRIVES}
 EVENTS = {"events": ("~/events", STRING, 100)}
 ALL = {**OUTPUTS, **COMMANDS, **EVENTS}
 BACKBONE, TIP_POSE = "backbone", "tip_pose"
+SENSORS = "sensors"  # ~/sensors/NAME: see sensors.py
 # there may be several of each, with names below that of the topic
 LIMBS = (BACKBONE, TIP_POSE, "external_wrench", *DRIVES)
 # for viewers only, not recorded: they follow from the scene and the recorded topics

@@ -123,7 +123,7 @@ def test_an_imu_in_free_fall_reads_nothing_but_what_its_spin_gives(method):
         read = simulation.sensors()
         np.testing.assert_allclose(read["centre"]["acceleration"], 0.0, atol=1e-7)
         np.testing.assert_allclose(read["centre"]["angular_velocity"], [0, 0, 3.0], atol=1e-7)
-        inwards = [-3.0**2 * 0.2, 0.0, 0.0]
+        inwards = [-(3.0**2) * 0.2, 0.0, 0.0]
         np.testing.assert_allclose(read["rim"]["acceleration"], inwards, atol=1e-6)
 
 
@@ -243,7 +243,7 @@ def test_a_wrench_at_a_clamp_is_what_the_arm_does_to_the_ground():
     twig = DENSITY * np.pi * 0.005**2 * 0.1
     mass = MASS + twig + 0.02 + 0.03 + 0.05 + 0.04
     turn = Rotation.from_quat(read["pose"]["orientation"])
-    loads = np.array([0.1, 0, 0]) + [0, 0.2 * LENGTH, 0] + turn.apply([0, 0, 0.05])
+    loads = np.array([0.1, 0.2 * LENGTH, 0.0]) + turn.apply([0.0, 0.0, 0.05])
     np.testing.assert_allclose(base @ read["clamp"]["force"], mass * PULL + loads, atol=1e-5)
     own = DENSITY * AREA * 0.2
     np.testing.assert_allclose(base @ read["second"]["force"], own * PULL, atol=1e-6)
@@ -299,8 +299,8 @@ actuators:
     assert read["length"] == pytest.approx(length, rel=1e-6)
     assert read["length"] < 0.3995  # it is pulled in
     assert read["tension"] == 0.4
-    before = read["length"]
     simulation.advance(1)
-    rate = (simulation.sensors()["pull"]["length"] - before) / 0.001
-    assert rate < 0.0
-    assert read["rate"] == pytest.approx(rate, rel=0.05)
+    after = simulation.sensors()["pull"]
+    rate = (after["length"] - read["length"]) / 0.001
+    assert abs(rate) > 1e-3
+    assert 0.5 * (read["rate"] + after["rate"]) == pytest.approx(rate, rel=0.01)

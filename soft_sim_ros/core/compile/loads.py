@@ -54,7 +54,9 @@ def _node_of(chain: Chain, load: InputLoad) -> int:
     return max(node_shares(chain, load), key=lambda share: share[1])[0]
 
 
-def node_shares(chain: Chain, load: PointLoad | DistributedLoad | InputLoad) -> list[tuple[int, float]]:
+def node_shares(
+    chain: Chain, load: PointLoad | DistributedLoad | InputLoad
+) -> list[tuple[int, float]]:
     """Return the nodes on which a load acts and the share of each: 1, or a length in m.
 
     Gauss–Lobatto weights of the elements that a distributed load covers.

@@ -12,7 +12,6 @@ import numpy as np
 from soft_sim_ros.core.compile.loads import node_shares
 from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.floats import Floats
-from soft_sim_ros.core.model.model import Data
 from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene import FlexibleLink, InputLoad, Joint, RigidBody, Rod
 from soft_sim_ros.scene.sensor import Sensor
@@ -46,10 +45,8 @@ class Cut:
             if scene.forest.parent(other.name) in beyond:
                 beyond.add(other.name)
         self._masses: list[tuple[Floats, Floats, int]] = []
-        shared = []
-        for other in (other for other in scene.bodies if other.name not in beyond):
-            if self._ends_here(compiled, other):
-                shared.append(other)
+        before = [other for other in scene.bodies if other.name not in beyond]
+        shared = [other for other in before if self._ends_here(compiled, other)]
         self._loads = [
             (i, node, share)
             for i, load in enumerate(scene.scheduled_loads)

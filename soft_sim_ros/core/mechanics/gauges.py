@@ -183,8 +183,9 @@ def quaternion(turn: Floats) -> Floats:
     j, k = (i + 1) % 3, (i + 2) % 3
     out = np.zeros(4)
     out[i] = 0.5 * np.sqrt(max(0.0, 1.0 + turn[i, i] - turn[j, j] - turn[k, k]))
-    out[j], out[k] = (turn[i, j] + turn[j, i]) / (4.0 * out[i]), (turn[i, k] + turn[k, i]) / (
-        4.0 * out[i]
+    out[j], out[k] = (
+        (turn[i, j] + turn[j, i]) / (4.0 * out[i]),
+        (turn[i, k] + turn[k, i]) / (4.0 * out[i]),
     )
     out[3] = (turn[k, j] - turn[j, k]) / (4.0 * out[i])
     return out if out[3] >= 0.0 else -out

@@ -83,7 +83,7 @@ def refuse_readings(state: SimulationState, sensing: Sensing | None) -> None:
         steps = rows[rows[:, 0] != NONE, 0]
         last = len(steps) and np.all(rows[: len(steps), 0] == steps)
         whole = np.all(steps == np.floor(steps)) and np.all(np.diff(steps) > 0.0)
-        if not (last and whole and 0.0 <= steps[0] and steps[-1] <= state.step_index):
+        if not (last and whole and steps[0] >= 0.0 and steps[-1] <= state.step_index):
             expected = f"the steps at which {channel.sensor.name} measured, in their order"
             raise StateError(where, "sensed", str(rows[:, 0].tolist())[:100], expected)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from soft_sim_ros.core.compile.samples import samples_at
+from soft_sim_ros.core.compile.samples import Place, samples_at
 from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.integrators.adaptive import BEGIN, FIRST, LENGTH, SINCE
@@ -42,7 +42,7 @@ class Seen:
 
     def __init__(self, compiled: Compiled, gauges: list[Gauge]) -> None:
         self._dynamics = Dynamics(compiled)  # scratch of its own: nothing else notices
-        places = []
+        places: list[Place] = []
         for gauge in gauges:
             if gauge.place is not None:
                 gauge.row = len(places)

@@ -58,7 +58,10 @@ class Sensed(Carrying):
             self._sense(self._sensing, made=False)
 
     def _instant(self, sensing: Sensing, made: bool) -> Instant:
-        ports = self.ports() if sensing.ported else None
+        ports = None
+        if sensing.ported:
+            self._entry.take_stock()
+            ports = self._state.position, self._state.rate, self._state.acting
         if sensing.moving:
             return self._seen.instant(self, self._problem, made)._replace(ports=ports)
         base = self.compiled.base
