@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from geometry_msgs.msg import WrenchStamped
-from peer import simulator, wait_for
+from peer import Program, simulator, wait_for
 from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import SetBool
 
@@ -13,6 +13,10 @@ from soft_sim_ros.experiments.resimulation import rerun
 from soft_sim_ros.recording.reader import read_run
 
 SCENE = Path(__file__).with_name("sensing.yaml")
+REPLAY = (
+    "-c",
+    "import sys; from soft_sim_ros.node.replay import main; sys.exit(main(sys.argv[1:]))",
+)
 WEIGHT = 1100.0 * np.pi * 0.015**2 * 0.3 * 9.81
 
 
@@ -87,14 +91,12 @@ def read_by_rosbags(path, tip):
 
 
 def test_a_replay_sends_readings_again(arm, peer):
-    from test_node_recordings import replay
-
     program, folder = arm
     if program.process.poll() is None:
         program.end()
+    again = Program(folder, REPLAY, str(folder / "run"), "--rate", "0", "--delay", "3")
     units = peer.listen(Imu, "soft_arm/sensors/tip", 10_000)
-    result = replay(folder / "run")
-    assert result.wait(60.0) == 0, result.text
+    assert again.wait(60.0) == 0, again.text
     tip = read_run(folder / "run").sensors["tip"]
     wait_for(lambda: len(units) > 0.9 * len(tip), "most of the readings")
     assert stamp_ns(units[-1]) in tip.measured_ns

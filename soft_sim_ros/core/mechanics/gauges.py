@@ -15,10 +15,13 @@ from soft_sim_ros.core.compile.samples import Place, at_node, locate_in
 from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.compile.shape import shape_matrix, strain
 from soft_sim_ros.core.floats import Floats
+from soft_sim_ros.errors import SceneError
 from soft_sim_ros.scene.sensor import CURVATURE, ENCODER, IMU, STRAIN, TENDON, WRENCH, Sensor
 
 from .cut import Cut
 from .instant import Instant, MountedFrame, cross
+
+LEAST = 1e-6  # length of a fibre along the rod per arc length
 
 
 class Gauge(Protocol):
@@ -57,12 +60,16 @@ class StrainGauge(Still):
     for Γ₀ + K₀ × d. Poisson's contraction across the rod is not in it.
     """
 
-    def __init__(self, compiled: Compiled, sensor: Sensor, _key: str) -> None:
+    def __init__(self, compiled: Compiled, sensor: Sensor, key: str) -> None:
         s, zero = np.array(sensor.s), np.zeros(len(compiled.coordinate_names))
         self._phi = shape_matrix(compiled, sensor.of, s)[0]
         self._xi0 = strain(compiled, sensor.of, zero, s)[0]
         self._at = sensor.place.position
         along = self._fibre(self._xi0)
+        if not along[0] > LEAST:
+            offset = str(self._at[1:].tolist())
+            expected = "a place on the near side of the centre of curvature of the rod"
+            raise SceneError(compiled.scene.file, f"{key}.offset", offset, expected)
         self._share = float(sensor.direction[0] / along[0])
         self._across = sensor.direction - self._share * along
 
