@@ -180,7 +180,7 @@ def _notes(run: Run, summary: dict) -> str:
 
 
 def _pictures(run: Run, summary: dict) -> str:
-    from soft_sim_ros.report import plots
+    from soft_sim_ros.report import plots, sensors
     from soft_sim_ros.report.motion import motion
 
     pictures: list[tuple[str, bool, Callable[[], Figure]]] = [
@@ -190,6 +190,7 @@ def _pictures(run: Run, summary: dict) -> str:
             for name in list(numbers.tip_paths(run))[: numbers.MOST_TIPS]
         ),
         ("Actuators", bool(run.joint_states.name), lambda: plots.actuators(run)),
+        *sensors.pictures(run),
         ("Energy", len(run.energy) > 0, lambda: plots.energy(run)),
         (
             "Timing",

@@ -82,6 +82,11 @@ class Sensor:
         return Fraction(repr(self.rate))
 
     @property
+    def framed(self) -> bool:
+        """Whether its readings are given along the axes of a frame of its own."""
+        return self.kind in (IMU, WRENCH)
+
+    @property
     def stream(self) -> int:
         """A number of 64 bits for the name: sensors of one seed have noise of their own."""
         return int.from_bytes(hashlib.sha256(self.name.encode()).digest()[:8], "little")

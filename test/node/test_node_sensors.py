@@ -1,6 +1,8 @@
 """Sensors over DDS: standard messages, stamped when measured, recorded, replayed."""
 
+import sys
 from pathlib import Path
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -100,3 +102,34 @@ def test_a_replay_sends_readings_again(arm, peer):
     tip = read_run(folder / "run").sensors["tip"]
     wait_for(lambda: len(units) > 0.9 * len(tip), "most of the readings")
     assert stamp_ns(units[-1]) in tip.measured_ns
+
+
+def test_readings_in_a_frame_have_that_frame_on_tf(monkeypatch):
+    """tf2_msgs comes with ROS, not with its wheels: a stand-in."""
+    from soft_sim_ros.core.settled import Simulation
+    from soft_sim_ros.node.tip_frame import ArmFrames
+    from soft_sim_ros.scene import load_scene
+
+    for name in ("tf2_msgs", "tf2_msgs.msg"):
+        monkeypatch.setitem(sys.modules, name, ModuleType(name))
+    sys.modules["tf2_msgs.msg"].TFMessage = SimpleNamespace
+    heard = []
+    node = SimpleNamespace(
+        get_fully_qualified_name=lambda: "/left/soft_arm",
+        create_publisher=lambda *_, **__: SimpleNamespace(
+            publish=heard.append, get_subscription_count=lambda: 1
+        ),
+    )
+    simulation = Simulation(load_scene(SCENE))
+    frames = ArmFrames(node, simulation.scene, "world", "", 0, lambda *_: None)
+    frames.show(simulation)
+    simulation.set_efforts([0.1, 0.2])
+    simulation.advance(100)
+    frames.send(0)
+    found = {t.child_frame_id: t.transform for t in heard[0].transforms}
+    assert [name for name in found if "sensors" in name] == [
+        "left/soft_arm/sensors/tip", "left/soft_arm/sensors/clamp",
+    ]  # fmt: skip
+    assert found["left/soft_arm/sensors/tip"] == found["left/soft_arm/tip"]
+    clamp = found["left/soft_arm/sensors/clamp"]
+    assert (clamp.translation.z, clamp.rotation.y) == pytest.approx((0.5, np.sqrt(0.5)))
