@@ -43,7 +43,7 @@ def sensor(run: Run, series: SensorSeries) -> Figure:
         for line, index in enumerate(members):
             label = short(series.labels[index].partition("/")[2] or quantity)
             axes.plot(*thin(series.measured, series.values[:, index]), label=label, **look(line))
-        unit = UNITS.get(quantity, "")
+        unit = "" if quantity == "orientation" else UNITS.get(quantity, "")
         axes.set(title=short(quantity.replace("_", " ")).capitalize(), ylabel=unit)
         legend(axes)
     panels[-1].set(xlabel="time of measurement (s)")
