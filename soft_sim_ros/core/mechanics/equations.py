@@ -207,7 +207,7 @@ class Equations:
         told[self.model.driven[:, 0]] = data.driven[:, 2]  # ``forcing`` has set it
         out = self.residual(q, v, told, data)
         if besides is not None:
-            out += besides
+            out += vector("besides", besides, self.n)
         self._factor_mass(time)
         out[~self.free] = 0.0
         solve(self.model, self._system, out)
