@@ -112,7 +112,7 @@ def export_npz(run: Run, file: str | Path) -> Path:
         for field in ("position", "velocity", "effort"):
             arrays[f"{name}_{field}"] = getattr(joints, field)
     for name, readings in run.sensors.items():
-        own = {"time_ns": readings.time_ns, "measured_ns": readings.measured_ns}
+        own: dict[str, Any] = {"time_ns": readings.time_ns, "measured_ns": readings.measured_ns}
         own |= {"labels": np.array(readings.labels, dtype=str), "values": readings.values}
         arrays |= {f"sensor_{name}_{part}": array for part, array in own.items()}
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from fractions import Fraction
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from soft_sim_ros.scene.pose import IDENTITY, Pose, read_pose
 from soft_sim_ros.scene.read_route import read_arc_length
 from soft_sim_ros.scene.reader import Reader, frozen
 from soft_sim_ros.scene.taper import Floats
+
+if TYPE_CHECKING:
+    from fractions import Fraction
 
 STRAIN, CURVATURE, IMU = "strain", "curvature", "imu"
 WRENCH, TENDON, ENCODER = "wrench", "tendon", "encoder"
@@ -79,6 +82,8 @@ class Sensor:
     @property
     def exact_rate(self) -> Fraction:
         """The rate as it is written, in Hz."""
+        from fractions import Fraction  # scenes without sensors need not load it
+
         return Fraction(repr(self.rate))
 
     @property

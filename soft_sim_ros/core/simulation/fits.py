@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,8 +13,10 @@ from soft_sim_ros.errors import StateError
 from .bristles import held_bristles
 from .mark import ModelMark
 from .memory import ARRAYS, EXCHANGED, SolverMemory, factors_of
-from .sensing import NONE, Sensing
 from .state import SimulationState
+
+if TYPE_CHECKING:
+    from .sensing import Sensing
 
 
 def known_to_fit(state: SimulationState, mark: ModelMark) -> bool:
@@ -80,7 +82,7 @@ def refuse_readings(state: SimulationState, sensing: Sensing | None) -> None:
     for channel in () if sensing is None else sensing.channels.values():
         rows = state.sensed[begin : begin + channel.size].reshape(channel.most, -1)
         begin += channel.size
-        steps = rows[rows[:, 0] != NONE, 0]
+        steps = rows[rows[:, 0] >= 0.0, 0]
         last = len(steps) and np.all(rows[: len(steps), 0] == steps)
         whole = np.all(steps == np.floor(steps)) and np.all(np.diff(steps) > 0.0)
         if not (last and whole and steps[0] >= 0.0 and steps[-1] <= state.step_index):

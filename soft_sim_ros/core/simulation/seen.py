@@ -41,7 +41,9 @@ class Seen:
     """
 
     def __init__(self, compiled: Compiled, gauges: list[Gauge]) -> None:
-        self._dynamics = Dynamics(compiled)  # scratch of its own: nothing else notices
+        # scratch of its own: nothing else notices
+        moving = any(gauge.moving for gauge in gauges)
+        self._dynamics = Dynamics(compiled) if moving else None
         places: list[Place] = []
         for gauge in gauges:
             if gauge.place is not None:
@@ -61,7 +63,10 @@ class Seen:
         made : whether a step has just been made
         """
         dynamics, n = self._dynamics, arm.n_coordinates
-        dynamics.carry(arm.dynamics.attached)
+        base, there = arm.compiled.base, arm.dynamics.attached
+        if dynamics is None:  # no sensor asks for more than coordinates
+            return Instant(arm.q, arm.v, None, self._motions, arm.time, base, there, None)
+        dynamics.carry(there)
         step = arm.step_ns * 1e-9
         now = arm.step_index * arm.step_ns * 1e-9
         if made:
@@ -74,7 +79,8 @@ class Seen:
         own.held[:] = closed.held
         a = solved(problem, n, step) if made else None
         if a is None:
-            a = dynamics.accelerations(arm.q, arm.v, data, now, self._dashpots(arm, problem))
+            pulled = dashpots(dynamics, arm, problem)
+            a = dynamics.accelerations(arm.q, arm.v, data, now, pulled)
         else:
             own.on[:], own.multiplier[:] = closed.on, closed.multiplier
             a[dynamics.model.driven[:, 0]] = data.driven[:, 2]
@@ -82,15 +88,14 @@ class Seen:
         place(dynamics.model, data)
         if len(self._motions):
             sample_motions(data, self._samples, arm.q, arm.v, a, self._motions)
-        base = arm.compiled.base
-        return Instant(arm.q, arm.v, data, self._motions, now, base, dynamics.attached, None)
+        return Instant(arm.q, arm.v, data, self._motions, now, base, there, None)
 
-    def _dashpots(self, arm: Holding, problem: Problem) -> Floats | None:
-        """Return the force (n,) of Maxwell branches, less the motion; None without any."""
-        if not len(arm.compiled.model.branch):
-            return None
-        pulled = arm.q - problem.state.q[arm.n_coordinates :]
-        return np.asarray(self._dynamics.branch_matrix() @ pulled)
+
+def dashpots(dynamics: Dynamics, arm: Holding, problem: Problem) -> Floats | None:
+    """Return the force (n,) of Maxwell branches; None without any."""
+    if not len(arm.compiled.model.branch):
+        return None
+    return np.asarray(dynamics.branch_matrix() @ (arm.q - problem.state.q[arm.n_coordinates :]))
 
 
 def solved(problem: Problem, n: int, step: float) -> Floats | None:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from functools import cached_property
-
-import numpy as np
-
-from soft_sim_ros.core.mechanics.instant import Instant
-from soft_sim_ros.core.recursion.motions import WIDTH
+from typing import TYPE_CHECKING
 
 from .payload import Carrying
-from .reading import Reading
-from .seen import Seen
-from .sensing import Sensing
+
+if TYPE_CHECKING:  # scenes without sensors need none of it
+    from soft_sim_ros.core.mechanics.instant import Instant
+
+    from .reading import Reading
+    from .seen import Seen
+    from .sensing import Sensing
 
 NEVER = 2**62  # steps
-NOWHERE = np.zeros((0, WIDTH))
 
 
 class Sensed(Carrying):
@@ -62,13 +61,11 @@ class Sensed(Carrying):
         if sensing.ported:
             self._entry.take_stock()
             ports = self._state.position, self._state.rate, self._state.acting
-        if sensing.moving:
-            return self._seen.instant(self, self._problem, made)._replace(ports=ports)
-        base = self.compiled.base
-        there = self.dynamics.attached
-        return Instant(self.q, self.v, None, NOWHERE, self.time, base, there, ports)
+        return self._seen.instant(self, self._problem, made)._replace(ports=ports)
 
     @cached_property
     def _seen(self) -> Seen:
+        from .seen import Seen
+
         assert self._sensing is not None
         return Seen(self.compiled, self._sensing.gauges)

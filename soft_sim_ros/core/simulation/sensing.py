@@ -148,7 +148,6 @@ class Sensing:
             for i, sensor in enumerate(compiled.scene.sensors)
         }
         self.gauges = [channel.gauge for channel in self.channels.values()]
-        self.moving = any(gauge.moving for gauge in self.gauges)
         self.ported = any(gauge.ported for gauge in self.gauges)
         self.next = 0  # the step at which the next reading is to be taken
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from soft_sim_ros.core.arguments import whole
@@ -36,9 +38,11 @@ from .fits import known_to_fit, note_fit, refuse_misfit, refuse_readings
 from .initial import check_mass, initial_coordinates
 from .mark import ModelMark
 from .memory import SolverMemory
-from .sensing import Sensing
 from .shared import shared_by
 from .state import SimulationState
+
+if TYPE_CHECKING:
+    from .sensing import Sensing
 
 
 class Stepper:
@@ -87,7 +91,11 @@ class Stepper:
             calls=np.zeros(6, dtype=np.int64),
         )
         self._closed = self._problem.data.closed
-        self._sensing = Sensing(compiled, self.step_ns) if self.scene.sensors else None
+        self._sensing: Sensing | None = None
+        if self.scene.sensors:
+            from .sensing import Sensing  # scenes without any need not load it
+
+            self._sensing = Sensing(compiled, self.step_ns)
         self._entry = Entry(self._problem, self.dynamics.calls(), self._shared.packed)
 
     @property
