@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from soft_sim_ros import Simulation, SimulationState, parse_scene
 from soft_sim_ros.core.compile.scene import compile_scene
-from soft_sim_ros.errors import NoSuchPlace, SceneError, StateError
+from soft_sim_ros.errors import NoSuchPlace, OtherModel, SceneError, StateError
 
 PENDULUM = """
 bodies:
@@ -195,6 +195,27 @@ def test_a_reset_begins_anew_and_nothing_from_before_arrives():
     assert simulation.sensors()["late"].time_ns == 30_000_000
 
 
+def test_an_interrupt_between_a_step_and_its_readings_loses_none(monkeypatch):
+    simulation, other = pendulum(NOISY), pendulum(NOISY)
+    sensing, times = simulation._sensing, []
+    measure = sensing.measure
+
+    def interrupted(now, index):
+        times.append(index)
+        if len(times) == 7:
+            raise KeyboardInterrupt
+        measure(now, index)
+
+    monkeypatch.setattr(sensing, "measure", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        simulation.advance(40)
+    simulation.advance(40 - simulation.step_index)
+    other.advance(40)
+    assert len(times) == len({*times}) + 1
+    assert bits(simulation) == bits(other)
+    assert simulation.state() == other.state()
+
+
 def test_readings_that_no_sensor_made_are_refused():
     simulation = pendulum(NOISY)
     state = simulation.state()
@@ -204,6 +225,20 @@ def test_readings_that_no_sensor_made_are_refused():
         fields = {name: part for name, part in state.parts()} | {"sensed": sensed}
         with pytest.raises(StateError, match="sensed"):
             simulation.restore(SimulationState(**fields))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("encoder: clean", "encoder: dirty"), "sensors 'encoder clean of hinge.* is expected"),
+        (("clean, joint: hinge, rate: 1000", "clean, joint: hinge, rate: 500"), "1000.0 Hz"),
+        (("  - {encoder: clean, joint: hinge, rate: 1000}\n", ""), "it has 7 sensors, not 6"),
+    ],
+)
+def test_a_state_of_other_sensors_is_of_another_model(change, words):
+    state = pendulum(NOISY).state()
+    with pytest.raises(OtherModel, match=words):
+        pendulum(NOISY.replace(*change)).restore(state)
 
 
 def test_a_quantity_that_a_sensor_has_not_is_refused_with_those_it_has():
