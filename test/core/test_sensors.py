@@ -304,3 +304,30 @@ actuators:
     rate = (after["length"] - read["length"]) / 0.001
     assert abs(rate) > 1e-3
     assert 0.5 * (read["rate"] + after["rate"]) == pytest.approx(rate, rel=0.01)
+
+
+def test_a_load_cell_at_the_start_of_a_rod_that_follows_another_feels_the_second_alone():
+    text = """
+gravity: [0, 0, -9.81]
+bodies:
+  - rod: first
+    sections:
+      - {name: f, length: 0.2, material: rubber, cross_section: {shape: circle, radius: 0.01}}
+  - rod: second
+    sections:
+      - {name: s, length: 0.1, material: rubber, cross_section: {shape: circle, radius: 0.005}}
+loads:
+  - {point: pull, body: first, force: [0, 1.0, 0]}
+  - {distributed: wind, body: first, force: [0, 2.0, 0]}
+  - {distributed: breeze, body: second, force: [0, 0.3, 0]}
+initial: {state: equilibrium}
+sensors:
+  - {wrench: cell, body: second, rate: 1000}
+  - {imu: pose, body: second, s: 0.0, rate: 1000}
+numerics: {step: 0.001, basis: {order: 2}}
+"""
+    read = at_rest(text).sensors()
+    weight = DENSITY * np.pi * 0.005**2 * 0.1 * np.array([0.0, 0.0, -9.81])
+    turn = Rotation.from_quat(read["pose"]["orientation"])
+    wanted = turn.inv().apply(weight + [0.0, 0.03, 0.0])
+    np.testing.assert_allclose(read["cell"]["force"], wanted, atol=1e-6)
