@@ -119,6 +119,16 @@ class Run:
         return self._joints("strain_state")
 
     @cached_property
+    def sensors(self) -> dict[str, SensorSeries]:
+        """Readings of each sensor by its name."""
+        found = {}
+        for name, index in self._sensors.items():
+            time_ns, content = self._stacked(index)
+            if content is not None:
+                found[name] = series_of(self.channels[index].type, time_ns, content)
+        return found
+
+    @cached_property
     def energy(self) -> EnergySeries:
         """Energy ledger in J; ``energy["kinetic"]`` is one of its columns."""
         time_ns, content = self._series("energy")
@@ -131,16 +141,6 @@ class Run:
         if len(names) != values.shape[1]:
             names = tuple(f"energy_{index}" for index in range(values.shape[1]))
         return EnergySeries(time_ns, names, values)
-
-    @cached_property
-    def sensors(self) -> dict[str, SensorSeries]:
-        """Readings of each sensor by its name."""
-        found = {}
-        for name, index in self._sensors.items():
-            time_ns, content = self._stacked(index)
-            if content is not None:
-                found[name] = series_of(self.channels[index].type, time_ns, content)
-        return found
 
     # -- what came from outside ---------------------------------------------------------------
 

@@ -67,9 +67,9 @@ COMMANDS = {**INPUTS, **DRIVES}
 EVENTS = {"events": ("~/events", STRING, 100)}
 ALL = {**OUTPUTS, **COMMANDS, **EVENTS}
 BACKBONE, TIP_POSE = "backbone", "tip_pose"
-SENSORS = "sensors"  # ~/sensors/NAME: see sensors.py
 # there may be several of each, with names below that of the topic
 LIMBS = (BACKBONE, TIP_POSE, "external_wrench", *DRIVES)
+SENSORS = "sensors"  # ~/sensors/NAME, of several types: sensors.py
 # for viewers only, not recorded: they follow from the scene and the recorded topics
 MARKERS, FIXED_MARKERS = "markers", "fixed_markers"
 VIEWS = {

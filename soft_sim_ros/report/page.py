@@ -180,8 +180,9 @@ def _notes(run: Run, summary: dict) -> str:
 
 
 def _pictures(run: Run, summary: dict) -> str:
-    from soft_sim_ros.report import plots, sensors
+    from soft_sim_ros.report import plots
     from soft_sim_ros.report.motion import motion
+    from soft_sim_ros.report.sensors import pictures as of_sensors
 
     pictures: list[tuple[str, bool, Callable[[], Figure]]] = [
         ("Backbone and path of the tip", bool(shapes_of(run).drawable.any()), lambda: motion(run)),
@@ -190,13 +191,13 @@ def _pictures(run: Run, summary: dict) -> str:
             for name in list(numbers.tip_paths(run))[: numbers.MOST_TIPS]
         ),
         ("Actuators", bool(run.joint_states.name), lambda: plots.actuators(run)),
-        *sensors.pictures(run),
         ("Energy", len(run.energy) > 0, lambda: plots.energy(run)),
         (
             "Timing",
             max(len(run.backbone), len(run.joint_states)) > 1 or bool(summary.get("step_cost")),
             lambda: plots.timing(run, summary),
         ),
+        *of_sensors(run),
     ]
     return "\n".join(
         f'<section class="card"><h2>{title}</h2><div class="wide"><img alt="{title}" '

@@ -152,7 +152,7 @@ def _two(upper: float, lower: float) -> tuple[Figure, NDArray]:
 
 
 def legend(axes: Axes) -> None:
-    """Put a legend beside axes, unless there are too many lines in them."""
+    """Name the lines beside axes, unless there are too many to tell apart."""
     lines = axes.get_legend_handles_labels()[1]
     if 0 < len(lines) <= _MOST_NAMES:
         axes.legend(
