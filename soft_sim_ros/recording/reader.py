@@ -121,12 +121,8 @@ class Run:
     @cached_property
     def sensors(self) -> dict[str, SensorSeries]:
         """Readings of each sensor by its name."""
-        found = {}
-        for name, index in self._sensors.items():
-            time_ns, content = self._stacked(index)
-            if content is not None:
-                found[name] = series_of(self.channels[index].type, time_ns, content)
-        return found
+        found = self._sensors.items()
+        return {name: series_of(self.channels[i].type, *self._stacked(i)) for name, i in found}
 
     @cached_property
     def energy(self) -> EnergySeries:

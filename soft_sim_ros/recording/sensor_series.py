@@ -80,8 +80,10 @@ def _is_arm(node: str, topics: set[str]) -> bool:
     )
 
 
-def series_of(message_type: str, time_ns: NDArray[np.int64], content: Stack) -> SensorSeries:
-    """Return the readings of one sensor."""
+def series_of(message_type: str, time_ns: NDArray[np.int64], content: Stack | None) -> SensorSeries:
+    """Return the readings of one sensor; without any, there is not even a label."""
+    if content is None:
+        return SensorSeries(time_ns, time_ns, "", (), np.empty((0, 0)))
     blocks, labels = list(content.blocks), tuple(content.texts)
     if message_type == IMU:
         blocks, labels = [blocks[0], blocks[2], blocks[4]], _labels(kinds.IMU)

@@ -219,9 +219,9 @@ def test_an_interrupt_between_a_step_and_its_readings_loses_none(monkeypatch):
 def test_readings_that_no_sensor_made_are_refused():
     simulation = pendulum(NOISY)
     state = simulation.state()
-    for change in (0.5, 1.0, -2.0):
+    for place, change in ((0, 0.5), (0, 1.0), (0, -2.0), (3, -2.0), (3, 0.0), (3, 1.0)):
         sensed = state.sensed.copy()
-        sensed[0] = change
+        sensed[place] = change
         fields = {name: part for name, part in state.parts()} | {"sensed": sensed}
         with pytest.raises(StateError, match="sensed"):
             simulation.restore(SimulationState(**fields))

@@ -83,9 +83,10 @@ def refuse_readings(state: SimulationState, sensing: Sensing | None) -> None:
         rows = state.sensed[begin : begin + channel.size].reshape(channel.most, -1)
         begin += channel.size
         steps = rows[rows[:, 0] >= 0.0, 0]
-        last = len(steps) and np.all(rows[: len(steps), 0] == steps)
+        first = len(steps) and np.all(rows[: len(steps), 0] == steps)
+        first = first and np.all(rows[len(steps) :, 0] == -1.0)  # none
         whole = np.all(steps == np.floor(steps)) and np.all(np.diff(steps) > 0.0)
-        if not (last and whole and steps[0] >= 0.0 and steps[-1] <= state.step_index):
+        if not (first and whole and steps[0] >= 0.0 and steps[-1] <= state.step_index):
             expected = f"the steps at which {channel.sensor.name} measured, in their order"
             raise StateError(where, "sensed", str(rows[:, 0].tolist())[:100], expected)
 

@@ -22,7 +22,7 @@ from soft_sim_ros.scene.sensor import IMU, Sensor
 
 from .reading import Reading
 
-NONE = -1.0  # index of the step of a reading that there is not
+NONE = -1.0  # index of the step of a reading that there is not; others are not negative
 
 
 class Channel:
@@ -128,7 +128,7 @@ class Channel:
     def unpack(self, numbers: Floats) -> None:
         """Put them back."""
         rows = numbers.reshape(self.most, -1)
-        self.rows = [(int(row[0]), row[1:].copy()) for row in rows if row[0] != NONE]
+        self.rows = [(int(row[0]), row[1:].copy()) for row in rows if row[0] >= 0.0]
         for _, values in self.rows:
             values.flags.writeable = False
 
