@@ -329,5 +329,5 @@ numerics: {step: 0.001, basis: {order: 2}}
     read = at_rest(text).sensors()
     weight = DENSITY * np.pi * 0.005**2 * 0.1 * np.array([0.0, 0.0, -9.81])
     turn = Rotation.from_quat(read["pose"]["orientation"])
-    wanted = turn.inv().apply(weight + [0.0, 0.03, 0.0])
+    wanted = turn.inv().apply(weight + np.array([0.0, 0.03, 0.0]))
     np.testing.assert_allclose(read["cell"]["force"], wanted, atol=1e-6)
