@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
 from soft_sim_ros.node.physics import Physics
 
@@ -45,7 +46,7 @@ class StepsAction:
 
     def __init__(self, physics: Physics, kind, codes):
         self._physics, self._kind, self._codes = physics, kind, codes
-        self.server = None
+        self.server: Any = None
 
     async def execute(self, goal):
         """Carry out a goal; give its result."""
