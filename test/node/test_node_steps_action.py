@@ -9,7 +9,6 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.experimental import EventsExecutor
 from simulation_interfaces_stand_in import MESSAGES, SERVICES, Result
-from test_node_standard_services import Desk, Outlet
 
 from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.core.simulation.inputs import Inputs
@@ -20,6 +19,12 @@ from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.scene import load_scene
 
 SCENE = Path(__file__).with_name("arm.yaml")
+
+
+# nobody listens to what it publishes
+DEAF = SimpleNamespace(
+    wanted=lambda key: False, tick=lambda time: None, clock=lambda time: None, joined=dict
+)
 
 
 class SimulateSteps:
@@ -72,11 +77,16 @@ def offered(monkeypatch):
     inputs = Inputs(simulation, 1.0, 0.5)
     telemetry = Telemetry(simulation, 5, "world", "/soft_arm")
     grid = Grid.of(simulation.step_ns, 100.0, 250.0)
-    physics = Physics(inputs, telemetry, Outlet(), None, grid, Pacer(1.0), paused=True)
-    desk = Desk()
+    physics = Physics(inputs, telemetry, DEAF, None, grid, Pacer(1.0), paused=True)
+    services = {}
+    quiet = SimpleNamespace(info=str, warning=str)
+    desk = SimpleNamespace(
+        create_service=lambda kind, name, answer: services.update({name: (kind, answer)}),
+        get_logger=lambda: quiet,
+    )
     assert standard_services(desk, physics, "world") is not None
     physics.start()
-    yield physics, made, desk
+    yield physics, made, services
     physics.stop()
     physics.join()
 
@@ -92,14 +102,15 @@ def carry_out(execute, goal):
 
 
 def test_it_makes_so_many_steps_and_tells_how_far_it_is(offered):
-    physics, made, desk = offered
+    physics, made, services = offered
     assert made["name"] == "~/simulate_steps"
     goal = Goal(25)
     result = carry_out(made["execute"], goal)
     assert (result.result, result.error_message, goal.ended) == (1, "", "succeeded")
     assert physics.simulation.step_index == 25
     assert goal.told == [(10, 15), (20, 5), (25, 0)]
-    features = desk.call("get_simulator_features").features.features
+    kind, answer = services["~/get_simulator_features"]
+    features = answer(kind.Request(), kind.Response()).features.features
     assert MESSAGES.SimulatorFeatures.STEP_SIMULATION_ACTION in features
 
 
