@@ -23,7 +23,11 @@ SCENE = Path(__file__).with_name("arm.yaml")
 
 # nobody listens to what it publishes
 DEAF = SimpleNamespace(
-    wanted=lambda key: False, tick=lambda time: None, clock=lambda time: None, joined=dict
+    wanted=lambda key: False,
+    send=lambda key, data: None,
+    tick=lambda time: None,
+    clock=lambda time: None,
+    joined=dict,
 )
 
 
