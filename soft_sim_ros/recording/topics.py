@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from soft_sim_ros.scene.limbs import CHAIN, Limbs
 
 FLOATS = "std_msgs/msg/Float64MultiArray"
+IMU = "sensor_msgs/msg/Imu"
 JOINTS = "sensor_msgs/msg/JointState"
 ODOMETRY = "nav_msgs/msg/Odometry"
 POSE = "geometry_msgs/msg/PoseStamped"
@@ -68,6 +69,7 @@ ALL = {**OUTPUTS, **COMMANDS, **EVENTS}
 BACKBONE, TIP_POSE = "backbone", "tip_pose"
 # there may be several of each, with names below that of the topic
 LIMBS = (BACKBONE, TIP_POSE, "external_wrench", *DRIVES)
+SENSORS = "sensors"  # ~/sensors/NAME, of several types: sensors.py
 # for viewers only, not recorded: they follow from the scene and the recorded topics
 MARKERS, FIXED_MARKERS = "markers", "fixed_markers"
 VIEWS = {

@@ -30,14 +30,14 @@ def tip(run: Run, name: str = "") -> Figure:
     for index, name in enumerate("xyz"):
         upper.plot(*thin(time, position[:, index]), label=name, **look(index))
     upper.set(title="Tip position", ylabel="m")
-    _legend(upper)
+    legend(upper)
     distinct = np.concatenate([[True], np.diff(time) > 0.0]) if len(time) else np.empty(0, bool)
     time, position = time[distinct], shown(position[distinct])
     if len(time) > 1:
         speed = np.linalg.norm(np.gradient(position, time, axis=0), axis=1)
         lower.plot(*thin(time, speed), color=INK, linewidth=1.0)
     lower.set(title="Tip speed", ylabel="m/s", xlabel="time (s)")
-    _mark_events(run, upper, lower)
+    mark_events(run, upper, lower)
     return figure
 
 
@@ -58,9 +58,9 @@ def actuators(run: Run) -> Figure:
                 lower.plot(*thin(joints.time, values), label=label, **look(index))
         upper.set(title="Actuator efforts", ylabel=effort)
         lower.set(title="Conjugate positions", ylabel=position)
-        _legend(upper)
+        legend(upper)
     panels[-1].set(xlabel="time (s)")
-    _mark_events(run, *panels)
+    mark_events(run, *panels)
     return figure
 
 
@@ -73,13 +73,13 @@ def energy(run: Run) -> Figure:
         label = short(name.replace("_", " "))
         upper.plot(*thin(ledger.time, ledger[name]), label=label, **look(index))
     upper.set(title="Energy ledger", ylabel="J")
-    _legend(upper)
+    legend(upper)
     if "residual" in ledger.names:
         lower.axhline(0, color=FAINT, linewidth=1)
         lower.plot(*thin(ledger.time, ledger["residual"]), color=COLOURS[1], linewidth=1.0)
     lower.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))
     lower.set(title="Residual of the ledger", ylabel="J", xlabel="time (s)")
-    _mark_events(run, upper, lower)
+    mark_events(run, upper, lower)
     return figure
 
 
@@ -103,7 +103,7 @@ def timing(run: Run, summary: Mapping[str, Any]) -> Figure:
         title="Simulation time between messages", xlabel="interval (ms)", ylabel="share of messages"
     )
     if intervals:
-        _legend(axes)
+        legend(axes)
     return figure
 
 
@@ -127,7 +127,7 @@ def _draw_cost(axes: Axes, cost: Mapping[str, Any], bins: list[Mapping[str, Any]
             value = float(cost[key])
             axes.axvline(value, color=colour, linewidth=1.3, label=f"{label} {value:.4g} µs")
     axes.set(title="Cost of a step", xlabel="wall time (µs)", ylabel="share of steps")
-    _legend(axes)
+    legend(axes)
 
 
 def _draw_intervals(axes: Axes, name: str, values: NDArray, index: int) -> None:
@@ -151,7 +151,8 @@ def _two(upper: float, lower: float) -> tuple[Figure, NDArray]:
     return figure, panels
 
 
-def _legend(axes: Axes) -> None:
+def legend(axes: Axes) -> None:
+    """Name the lines beside axes, unless there are too many to tell apart."""
     lines = axes.get_legend_handles_labels()[1]
     if 0 < len(lines) <= _MOST_NAMES:
         axes.legend(
@@ -163,7 +164,7 @@ def _legend(axes: Axes) -> None:
         )
 
 
-def _mark_events(run: Run, *panels: Axes) -> None:
+def mark_events(run: Run, *panels: Axes) -> None:
     """Mark resets, pauses and the like by thin vertical lines, named once."""
     room, free = _APART * max(run.end - run.start, 1e-9), -np.inf
     for time_ns, text in run.events[:40]:
