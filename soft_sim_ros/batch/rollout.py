@@ -30,6 +30,7 @@ from soft_sim_ros.endings import undisturbed
 from soft_sim_ros.errors import NotResolved, SolverError
 from soft_sim_ros.files import write_whole
 from soft_sim_ros.recording.cdr import encode_floats, encode_string
+from soft_sim_ros.recording.sensors import SensorMessages
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import recorded_topics
 from soft_sim_ros.recording.writer import BagWriter
@@ -105,6 +106,7 @@ class Rollout:
         self._inputs = self._inputs_of(space and tolerance is None, duration)
         limbs = limbs_of(scene)
         self._telemetry = Telemetry(self.simulation, poses, FRAME, NODE, limbs=limbs)
+        self._sensors = SensorMessages(self.simulation, scene.sensors, NODE)
         real_rate = 1.0 / (self._publish_steps * step)
         if abs(real_rate - publish_rate) > 1e-6 * publish_rate:
             warnings.warn(
@@ -127,7 +129,8 @@ class Rollout:
             "real_time_factor": "0.0",
         }
         source = self.simulation.scene.source.encode()
-        topics, attachments = recorded_topics(NODE, limbs), {"scene.yaml": source}
+        topics = (*recorded_topics(NODE, limbs), *self._sensors.topics)
+        attachments = {"scene.yaml": source}
         try:
             with undisturbed():
                 self._writer = BagWriter(
@@ -209,18 +212,31 @@ class Rollout:
     def _run(self, last: int, progress: Callable[[float], None]) -> None:
         simulation, drive = self.simulation, self._drive(last)
         self._emit()
+        self._emit_readings()
         for commands, stop in drive.stretches():
             for efforts in commands:
                 self._writer.write("command", simulation.time_ns, encode_floats(efforts))
                 self._inputs.command(efforts)
             steps = stop - simulation.step_index
-            self._inputs.advance(steps)
+            self._advance(steps)
             if self._pair is not None:
                 self._pair.follow(steps)
             if drive.looks(stop):
                 self._emit()
                 self._writer.wait_for_room()
                 progress(simulation.time)
+
+    def _advance(self, steps: int) -> None:
+        """Advance, and record readings of sensors when they get out."""
+        while steps > 0:
+            some = min(steps, self.simulation.steps_to_reading())
+            self._inputs.advance(some)
+            self._emit_readings()
+            steps -= some
+
+    def _emit_readings(self) -> None:
+        for key, data in self._sensors.new():
+            self._writer.write(key, self.simulation.time_ns, data)
 
     def _emit(self) -> None:
         for key, build in self._telemetry.builders.items():

@@ -112,6 +112,10 @@ def sections(scene: Scene) -> Iterator[str]:
     if limbs.branched:
         yield f"branches {len(limbs.backbones)}: {', '.join(map(' → '.join, limbs.rows)) or 'none'}"
         yield f"tips     {len(limbs.tips)}: {', '.join(limbs.tips)}; wrenches act on the last one"
+    for one in scene.sensors:
+        late = f", {one.latency:g} s late" if one.latency else ""
+        noisy = ", with noise" if one.noise.any() else ""
+        yield f"sensor {one.name}: {one.kind} of {one.of} at {one.rate:g} Hz{late}{noisy}"
     if not rows:
         return
     heads = ["section", "length m", "mass kg", *(head for head, _ in COLUMNS), "slenderness"]

@@ -25,6 +25,7 @@ from soft_sim_ros.recording.orders import (
     read_order,
 )
 from soft_sim_ros.recording.reader import LoggedMessage, Run
+from soft_sim_ros.recording.sensors import SensorMessages
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import COMMANDS, OUTPUTS, recorded_topics, resolve
 from soft_sim_ros.scene import Scene, parse_scene
@@ -124,7 +125,11 @@ class Rerun:
         self._telemetry = telemetry = Telemetry(
             self.simulation, known.poses, self._frame_id, node, has_one_label(run), limbs=limbs
         )
-        self._builders = {t.name: telemetry.builders[t.key] for t in telemetry.topics}
+        sensors = SensorMessages(
+            self.simulation, recorded.sensors, node, lambda: telemetry.offset_ns
+        )
+        builders = {**telemetry.builders, **sensors.builders}
+        self._builders = {t.name: builders[t.key] for t in (*telemetry.topics, *sensors.topics)}
         self.topics = {t.name: t.key for t in recorded_topics(node, limbs)}
 
     def compare(self, progress: Callable[[float], None] = lambda t: None) -> Comparison:

@@ -4,10 +4,11 @@ cosseratbench finds it by the entry point ``soft_sim_ros`` of its group ``cosser
 
     cosseratbench run cantilever --solver soft_sim_ros
 
-Rods are held at their start, clamped or pinned, and free at their end, or pinned at both. A driven
-or clamped end beyond the start is outside the model of a chain, and so is contact; the benchmark
-then says "unsupported". Quasi-static scenarios are solved as statics: their frames after the first
-show the equilibrium.
+Rods are held at their start, clamped or pinned, and free at their end, or pinned at both, or their
+end is clamped and driven. A start that is free or driven is not covered, and neither is contact;
+the benchmark then says "unsupported". Quasi-static scenarios are solved as statics: their frames
+after the first show the equilibrium. Those with a driven end are computed in time, with critical
+damping of the slowest bending mode by mass, which the benchmark permits.
 """
 
 from __future__ import annotations
@@ -15,21 +16,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from cosseratbench.scenario import End, EndCondition, Rod, Scenario
+from cosseratbench.scenario import EndCondition, Rod, Scenario
 from cosseratbench.solver import Capability, Diverged
 from cosseratbench.trajectory import Trajectory
 
 from soft_sim_ros.version import __version__
 
+from .cosseratbench_scene import ORDER, elements, mass_damping, scene_of
+
 if TYPE_CHECKING:
     from soft_sim_ros.core.floats import Floats
     from soft_sim_ros.core.mechanics.dynamics import Dynamics
 
-    from ..scene import Scene
 
-ORDER = 3  # of the strains in an element
-PER_ELEMENT = 10  # pieces that the benchmark asks for in one element of ours
 ERROR = 1e-8  # of a step, displacement of the tip over the length
+HELD_ERROR = 1e-6  # likewise where a constraint holds the far end
 BENDING = ("bend_y", "bend_z", "pin")  # coordinates that show in the shape of a centre line
 
 
@@ -46,9 +47,17 @@ class SoftSimRos:
     def settings(self, scenario: Scenario, *, n_elements: int, n_frames: int) -> dict[str, Any]:
         """Return the numerical choices of a run."""
         said: dict[str, Any] = {"elements": elements(n_elements), "order": ORDER}
+        if any(rod.end is EndCondition.CLAMPED for rod in scenario.rods):
+            damping = [mass_damping(scenario, rod) for rod in scenario.rods]
+            said |= {"error_per_step": self._held_error, "mass_damping": max(damping)}
+            return said | {"integrator": "adaptive", "far end": "constraint on a driven frame"}
         if scenario.quasi_static:
             return said | {"method": "statics by Newton's method"}
         return said | {"integrator": "adaptive", "error_per_step": self.error}
+
+    @property
+    def _held_error(self) -> float:
+        return HELD_ERROR / ERROR * self.error
 
     def run(self, scenario: Scenario, *, n_elements: int, n_frames: int) -> Trajectory:
         """Return where the rods are, at ``n_frames`` times from zero to the end."""
@@ -65,74 +74,32 @@ class SoftSimRos:
         """Return positions (T, n + 1, 3) and directors (T, n, 3) of one rod."""
         if rod.start is EndCondition.FREE or rod.start_motion is not None:
             raise NotImplementedError("a rod whose start is free or driven")
-        if rod.end is EndCondition.CLAMPED:
-            raise NotImplementedError("a rod whose end is clamped or driven: chains have no loops")
         if rod.end is EndCondition.PINNED and not scenario.quasi_static:
-            raise NotImplementedError("motion of a rod held at both ends: chains have no loops")
+            raise NotImplementedError("motion of a rod that is pinned at both ends")
         from soft_sim_ros.core.settled import Dynamics, Simulation
 
+        from ..errors import SolverError
+
+        held = rod.end is EndCondition.CLAMPED
         interval = float(times[1] - times[0])
-        scene = scene_of(scenario, rod, n_elements, interval, self.error)
-        if not scenario.quasi_static:
+        error = self._held_error if held else self.error
+        scene = scene_of(scenario, rod, n_elements, interval, error)
+        if held or not scenario.quasi_static:
             simulation = Simulation(scene)
             q = laid_along(simulation.dynamics, rod)
             simulation.set_state(q, np.zeros(len(q)))
             look, shots = Frames(simulation.dynamics, n_elements), []
             for frame in range(len(times)):
-                simulation.advance(min(frame, 1))
+                try:
+                    simulation.advance(min(frame, 1))
+                except SolverError as reason:
+                    raise Diverged(str(reason), simulation.time) from reason
                 shots.append(look(simulation.q))
             return stacked(shots)
         dynamics = Dynamics(scene)
         first = rod.nodes(n_elements), rod.directors(n_elements)
         last = Frames(dynamics, n_elements)(at_rest(dynamics, rod))
         return stacked([first] + [last] * (len(times) - 1))
-
-
-def elements(n_elements: int) -> int:
-    """Return how many elements stand for the pieces that the benchmark asks for."""
-    return max(2, n_elements // PER_ELEMENT)
-
-
-def scene_of(scenario: Scenario, rod: Rod, n_elements: int, interval: float, error: float) -> Scene:
-    """Return the scene of one rod: straight at rest, held at the start, loaded at its end."""
-    import yaml
-    from scipy.spatial.transform import Rotation
-
-    from ..scene import parse_scene
-
-    begin = rod.nodes(max(n_elements, 50))
-    along = (begin[1] - begin[0]) / np.linalg.norm(begin[1] - begin[0])
-    across = rod.directors(max(n_elements, 50))[0]
-    turn = Rotation.from_matrix(np.array([along, across, np.cross(along, across)]).T)
-    material = {
-        "young_modulus": rod.material.youngs_modulus, "shear_modulus": rod.material.shear_modulus,
-        "density": rod.material.density,
-    }  # fmt: skip
-    section = {
-        "name": "whole", "length": rod.length, "material": "given",
-        "cross_section": {"shape": "circle", "radius": rod.radius},
-    }  # fmt: skip
-    bodies: list[dict[str, Any]] = [{"rod": "rod", "sections": [section]}]
-    if rod.start is EndCondition.PINNED:
-        axes = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-        bodies.insert(0, {"joint": "pin", "kind": "universal", "axes": axes})
-    document = {
-        "gravity": list(scenario.gravity),
-        "base": {"position": begin[0].tolist(), "quaternion": turn.as_quat().tolist()},
-        "materials": {"given": material},
-        "bodies": bodies,
-        "loads": [
-            {"point": f"load{k}", "body": "rod", "force": list(load.force),
-             "s": rod.length if load.at is End.END else 0.0}
-            for k, load in enumerate(rod.loads)
-        ],
-        "numerics": {
-            "step": round(interval * 1e9) / 1e9, "integrator": "adaptive",
-            "options": {"error": error},
-            "basis": {"order": ORDER, "elements": elements(n_elements)},
-        },
-    }  # fmt: skip
-    return parse_scene(yaml.safe_dump(document), "scenario.yaml")
 
 
 class Frames:

@@ -18,11 +18,13 @@ from soft_sim_ros.node.follower import Follower
 from soft_sim_ros.node.inbox import Answer, Inbox
 from soft_sim_ros.node.looks import Looks
 from soft_sim_ros.node.outlet import Outlet
+from soft_sim_ros.node.readings import Readings
 from soft_sim_ros.node.recovery import RESET, Recovery
 from soft_sim_ros.node.states import BEAT, States
 from soft_sim_ros.node.timing import StepCosts
 from soft_sim_ros.recording.offset import offset_event
 from soft_sim_ros.recording.orders import ATTACHED, DROPPED, HELD, RELEASED, SENDER_LEFT
+from soft_sim_ros.recording.sensors import SensorMessages
 
 LONGEST_STEPPING = 2.0  # s of one ~/step: nothing else of the node answers meanwhile
 
@@ -53,6 +55,8 @@ class Physics:
         Whether to end when the solver gives up.
     complain : callable
         Told in words what goes wrong.
+    sensors : SensorMessages or None
+        Builds the bytes of readings of sensors.
     """
 
     def __init__(
@@ -67,6 +71,7 @@ class Physics:
         paused: bool = False,
         exit_on_error: bool = False,
         complain: Callable[[str], None] = print,
+        sensors: SensorMessages | None = None,
     ):
         self.simulation = inputs.simulation
         self.inputs, self.outlet, self.log, self.grid, self.pacer = inputs, outlet, log, grid, pacer
@@ -79,7 +84,11 @@ class Physics:
         self._telemetry = telemetry
         self._follows = isinstance(pacer, Follower)
         self._restamped = False  # the present state has a new stamp, with which it was not sent
-        self._states = States(self.simulation, telemetry, outlet, log, grid)
+        messages = SensorMessages(self.simulation, (), "") if sensors is None else sensors
+        self._readings = Readings(self.simulation, messages, outlet, log, grid)
+        self._states = States(
+            self.simulation, telemetry, outlet, log, grid, self._readings.send_again
+        )
         self._exit_on_error, self._complain = exit_on_error, complain
         self.recovery = Recovery(inputs, complain)
         self._inbox = Inbox()
@@ -212,7 +221,7 @@ class Physics:
             elif due and self._restamped:
                 self._emit()
             elif due:
-                self._advance(self.grid.steps_from(self.simulation.step_index))
+                self._advance(self._readings.steps())
                 if self._follows:
                     self.ran_ns += self.simulation.time_ns - time_ns
                     self._emit_on_grid()
@@ -225,7 +234,7 @@ class Physics:
         """Return the simulated time that has to be due before anything else happens."""
         ahead = 0
         if self._follows and not self._restamped:
-            ahead = self.grid.steps_from(self.simulation.step_index)
+            ahead = self._readings.steps()
         return self.simulation.time_ns + ahead * self.simulation.step_ns
 
     def _wait_for_clock(self, clock: Follower) -> bool:
@@ -293,12 +302,14 @@ class Physics:
             )
 
     def _emit_on_grid(self) -> None:
+        self._readings.send()
         if self._states.due:
             self._emit()
         self._states.tick()
 
     def _emit(self) -> None:
         self._restamped = False
+        self._readings.send()
         self._states.send()
         if self.log is not None and self.pacer.factor == 0.0:
             self.log.wait_for_room(1.0)  # nobody waits for us, so nothing need be dropped
@@ -334,7 +345,7 @@ class Physics:
                     self._emit()
                 made = f"{steps - left} of {steps} steps, now at t = {self.stamp_ns * 1e-9:.9g} s"
                 return False, f"{made}: more take over {LONGEST_STEPPING:g} s; call ~/step again"
-            if not self._advance(min(left, self.grid.steps_from(self.simulation.step_index))):
+            if not self._advance(min(left, self._readings.steps())):
                 return False, f"the solver gave up {self.diverged}"
             self._emit_on_grid()
         if last % self.grid.publish:

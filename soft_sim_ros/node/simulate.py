@@ -39,6 +39,7 @@ from soft_sim_ros.node.summary import summarise, write_summary
 from soft_sim_ros.node.ticks import OtherClocks, Ticks
 from soft_sim_ros.node.views import views_of
 from soft_sim_ros.recording.cdr import encode_string
+from soft_sim_ros.recording.sensors import SensorMessages, sensor_topics
 from soft_sim_ros.recording.telemetry import Telemetry
 from soft_sim_ros.recording.topics import EVENTS, Topic, input_keys, output_topics, topic
 from soft_sim_ros.scene import Scene, load_scene
@@ -124,7 +125,11 @@ class Arm:
         with asking_ros("cannot publish or subscribe"):
             self.publishers = Publishers(
                 node,
-                (*output_topics(prefix, limbs), *(topic(key, prefix) for key in EVENTS)),
+                (
+                    *output_topics(prefix, limbs),
+                    *(topic(key, prefix) for key in EVENTS),
+                    *sensor_topics(prefix, scene.sensors),
+                ),
                 settings.publish_clock,
             )
             self._senders = Senders(lambda: self.physics.release())
@@ -177,6 +182,12 @@ class Arm:
             paused=settings.start_paused,
             exit_on_error=settings.exit_on_error,
             complain=self._complain,
+            sensors=SensorMessages(
+                self.simulation,
+                self.simulation.scene.sensors,
+                prefix,
+                lambda: self.telemetry.offset_ns,
+            ),
         )
         with asking_ros("cannot offer services"):
             self.services = Services(node, self.physics, settings.step_count, settings.reset_time)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from soft_sim_ros.foreign import listed, one_line
 from soft_sim_ros.node.inbox import Answer
 from soft_sim_ros.node.physics import Physics
+from soft_sim_ros.node.steps_action import offer_steps
 from soft_sim_ros.node.tip_frame import ALL, BASE, TIP, chosen_frames
 
 if TYPE_CHECKING:
@@ -73,6 +74,7 @@ class StandardServices:
             for kind, handler in self.handlers.items()
             if hasattr(services, kind)  # an older version may lack one
         ]
+        self._steps = offer_steps(node, physics, PACKAGE, messages)
 
     @property
     def handlers(self) -> dict[str, Callable[[Any, Any], tuple[int, str]]]:
@@ -119,6 +121,7 @@ class StandardServices:
     def _get_features(self, _, response) -> tuple[int, str]:
         known = self._messages.SimulatorFeatures
         names = _FEATURES if self._physics.follows else (*_FEATURES, "SIMULATION_RESET_TIME")
+        names = names if self._steps is None else (*names, "STEP_SIMULATION_ACTION")
         response.features.features = [getattr(known, n) for n in names if hasattr(known, n)]
         response.features.custom_info = (
             "soft_sim_ros: one step is the scene's numerics.step; accelerations are not computed; "

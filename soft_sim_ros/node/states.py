@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Collection
 
 from soft_sim_ros.node.clock import Grid
 from soft_sim_ros.node.outlet import VIEWS, Outlet
@@ -26,9 +27,20 @@ class States:
         Records bytes.
     grid : Grid
         When to send.
+    again : callable
+        Sends on other topics, of these keys, what was sent last.
     """
 
-    def __init__(self, simulation, telemetry, outlet: Outlet, log, grid: Grid):
+    def __init__(
+        self,
+        simulation,
+        telemetry,
+        outlet: Outlet,
+        log,
+        grid: Grid,
+        again: Callable[[Collection[str]], None] = lambda keys: None,
+    ):
+        self._again = again
         self._simulation, self._outlet, self._log, self._grid = simulation, outlet, log, grid
         self._telemetry = telemetry
         self._builders = list(telemetry.builders.items())
@@ -89,6 +101,7 @@ class States:
         for key, build in self._builders:
             if key in self._owed:
                 self._outlet.send(key, build())
+        self._again(self._owed.keys())
         if VIEWS & self._owed.keys():
             self._outlet.tick(self._telemetry.stamp_ns)
         if "clock" in self._owed:

@@ -10,6 +10,7 @@ from soft_sim_ros.foreign import shown
 from soft_sim_ros.node.parameters import ParameterError
 from soft_sim_ros.node.publishers import Matched, events
 from soft_sim_ros.recording.telemetry import PoseSource
+from soft_sim_ros.recording.topics import SENSORS
 from soft_sim_ros.scene import Joint, RigidBody, Scene
 from soft_sim_ros.scene.limbs import limbs_of
 
@@ -22,6 +23,7 @@ BASE, TIP, ALL = "base", "tip", "all"
 class ArmFrames:
     """Sends transforms from the frame of the poses to ``<node name>/tip`` and further frames.
 
+    Sensors whose readings are given in a frame have one, such as ``<node name>/sensors/imu``.
     Of several tips, each has a frame besides, such as ``<node name>/tip/left``. The namespace is
     part of a child frame's name: ``left/soft_arm/tip`` for ``/left/soft_arm``.
 
@@ -61,6 +63,7 @@ class ArmFrames:
         names = self._names + [f"{TIP}/{name}" for name in self._tips]
         along = [f"backbone/{name}" for name in self._backbones] or ["backbone"]
         names += [f"{name}_{i}" for name in along for i in range(backbone)]
+        names += [f"{SENSORS}/{one.name}" for one in scene.sensors if one.framed]
         self._transforms = [TransformStamped() for _ in names]
         for name, transform in zip(names, self._transforms, strict=True):
             transform.header.frame_id = frame_id
@@ -70,6 +73,7 @@ class ArmFrames:
     def show(self, simulation: Simulation) -> None:
         """Look at a simulation from now on."""
         from soft_sim_ros.viewing.frames import Frames
+        from soft_sim_ros.viewing.sensor_frames import SensorFrames
 
         spots = [(name, 0.0) for name in self._names]
         self._sources: list[PoseSource] = [Frames(simulation.compiled, simulation.q, spots)]
@@ -77,6 +81,8 @@ class ArmFrames:
             self._sources.append(simulation.tips())
         for name in self._backbones or (None,) if self._backbone else ():
             self._sources.append(simulation.sampler(self._backbone, name))
+        if any(one.framed for one in simulation.scene.sensors):
+            self._sources.append(SensorFrames(simulation))
         self._simulation = simulation
 
     def send(self, time_ns: int) -> None:

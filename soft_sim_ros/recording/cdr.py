@@ -93,7 +93,8 @@ class Layout:
         return message, stamp, blocks
 
 
-def _set_stamp(stamp: NDArray[Any], time_ns: int) -> None:
+def set_stamp(stamp: NDArray[Any], time_ns: int) -> None:
+    """Write a time in ns, not below zero, into the stamp of a message."""
     stamp[0], stamp[1] = divmod(time_ns, _SECOND)
 
 
@@ -132,7 +133,7 @@ class PoseArrayBuffer(Buffer):
 
     def fill(self, time_ns: int, poses: NDArray[np.float64]) -> bytes:
         """Give the bytes for poses (N, 7), each ``x y z qx qy qz qw`` in m."""
-        _set_stamp(self._stamp, time_ns)
+        set_stamp(self._stamp, time_ns)
         self._poses.reshape(self._count, 7)[:] = poses
         return self._message.tobytes()
 
@@ -172,7 +173,7 @@ class JointStateBuffer(Buffer):
         effort: ArrayLike = (),
     ) -> bytes:
         """Give the bytes for the (n,) numbers; ``()`` for a sequence that is not present."""
-        _set_stamp(self._stamp, time_ns)
+        set_stamp(self._stamp, time_ns)
         self._position[:] = position
         self._velocity[:] = velocity
         self._effort[:] = effort
@@ -214,7 +215,7 @@ class PoseStampedBuffer(Buffer):
 
     def fill(self, time_ns: int, pose: ArrayLike) -> bytes:
         """Give the bytes for a pose (7,), ``x y z qx qy qz qw`` in m."""
-        _set_stamp(self._stamp, time_ns)
+        set_stamp(self._stamp, time_ns)
         self._pose[:] = pose
         return self._message.tobytes()
 
@@ -230,7 +231,7 @@ class WrenchStampedBuffer(Buffer):
 
         That is the order of all of this package; the message itself has the force first.
         """
-        _set_stamp(self._stamp, time_ns)
+        set_stamp(self._stamp, time_ns)
         wrench = np.asarray(wrench, float)
         self._wrench[:3] = wrench[3:]
         self._wrench[3:] = wrench[:3]
@@ -245,7 +246,7 @@ class ClockBuffer(Buffer):
 
     def fill(self, time_ns: int) -> bytes:
         """Give the bytes for a time in ns."""
-        _set_stamp(self._stamp, time_ns)
+        set_stamp(self._stamp, time_ns)
         return self._message.tobytes()
 
 

@@ -105,6 +105,12 @@ def _wrench_stamped(walk: _Walk) -> None:
     walk.doubles(6)
 
 
+def _imu(walk: _Walk) -> None:
+    walk.header()
+    for count in (4, 9, 3, 9, 3, 9):
+        walk.doubles(count)
+
+
 def _odometry(walk: _Walk) -> None:
     walk.header()
     walk.texts_of(1)
@@ -149,6 +155,7 @@ _WALKS: dict[str, Callable[[_Walk], None]] = {
     topics.POSES: _pose_array,
     topics.POSE: _pose_stamped,
     topics.WRENCH: _wrench_stamped,
+    topics.IMU: _imu,
     topics.JOINTS: _joint_state,
     topics.ODOMETRY: _odometry,
     topics.FLOATS: _float_array,
@@ -291,7 +298,18 @@ class Odometry:
     twist: Floats
 
 
-Decoded = FloatArray | JointState | Poses | Wrench | Odometry | Cloud | str | int
+@dataclass(frozen=True, eq=False)
+class Imu:
+    """``sensor_msgs/Imu``: orientation (4,) ``x y z w``; rad/s and m/s² (3,) in ``frame_id``."""
+
+    stamp_ns: int
+    frame_id: str
+    orientation: Floats
+    angular_velocity: Floats
+    linear_acceleration: Floats
+
+
+Decoded = FloatArray | JointState | Imu | Poses | Wrench | Odometry | Cloud | str | int
 
 
 def decode(message_type: str, data: bytes) -> Decoded:
@@ -319,6 +337,8 @@ def decode(message_type: str, data: bytes) -> Decoded:
         return JointState(stamp, walk.frame_id, tuple(walk.texts), *blocks)
     if message_type == topics.WRENCH:
         return Wrench(stamp, walk.frame_id, np.roll(blocks[0], 3))
+    if message_type == topics.IMU:
+        return Imu(stamp, walk.frame_id, blocks[0], blocks[2], blocks[4])
     if message_type == topics.ODOMETRY:
         return Odometry(stamp, walk.frame_id, blocks[0], np.roll(blocks[2], 3))
     return Poses(stamp, walk.frame_id, blocks[0].reshape(-1, 7))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from soft_sim_ros.errors import RecordingError
@@ -12,7 +12,9 @@ from soft_sim_ros.recording.metadata import Channel
 from soft_sim_ros.scene.words import NAME
 
 
-def find_known(path: Path, channels: Sequence[Channel], node: str | None) -> dict[str, int]:
+def find_known(
+    path: Path, channels: Sequence[Channel], node: str | None, others: Collection[int] = ()
+) -> dict[str, int]:
     """Map the keys of our topics to the channels that carry them.
 
     Parameters
@@ -20,6 +22,7 @@ def find_known(path: Path, channels: Sequence[Channel], node: str | None) -> dic
     path : of the recording
     channels : of the recording
     node : full name of the node; None: the only one
+    others : channels that are known to carry something else
 
     Raises
     ------
@@ -28,7 +31,11 @@ def find_known(path: Path, channels: Sequence[Channel], node: str | None) -> dic
     """
     known: dict[str, int] = {}
     for key, (name, kind, _) in topics.ALL.items():
-        own = [index for index, channel in enumerate(channels) if channel.type == kind]
+        own = [
+            index
+            for index, channel in enumerate(channels)
+            if channel.type == kind and index not in others
+        ]
         wanted = None if node is None else topics.resolve(name, node)
         last = name.rpartition("/")[2]
         limbs = _limbs(channels, own, last, wanted) if key in topics.LIMBS else {}

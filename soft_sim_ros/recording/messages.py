@@ -31,6 +31,12 @@ DEFINITIONS: dict[str, str] = {
         "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n"
     ),
     "rosgraph_msgs/msg/Clock": "builtin_interfaces/Time clock\n",
+    "sensor_msgs/msg/Imu": (
+        "std_msgs/Header header\n"
+        "geometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
+        "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
+        "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n"
+    ),
     "sensor_msgs/msg/JointState": (
         "std_msgs/Header header\n"
         "string[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n"
@@ -70,6 +76,9 @@ TYPE_HASHES: dict[str, str] = {
     ),
     "rosgraph_msgs/msg/Clock": (
         "RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564"
+    ),
+    "sensor_msgs/msg/Imu": (
+        "RIHS01_7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b"
     ),
     "sensor_msgs/msg/JointState": (
         "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"

@@ -20,6 +20,7 @@ from soft_sim_ros.recording.felt import contacts_of, names_in
 from soft_sim_ros.recording.known import find_known
 from soft_sim_ros.recording.mcap_file import RECORD_NAME
 from soft_sim_ros.recording.scan import Scan, scan
+from soft_sim_ros.recording.sensor_series import SensorSeries, find_sensors, series_of
 from soft_sim_ros.recording.series import (
     ContactSeries,
     EnergySeries,
@@ -77,7 +78,8 @@ class Run:
         self.attachments: dict[str, bytes] = content.attachments
         self.metadata: dict[str, str] = content.metadata.get(RECORD_NAME, {})
         self.channels = content.channels
-        self._known = find_known(self.path, self.channels, node)
+        self._sensors = find_sensors(self.channels, node)
+        self._known = find_known(self.path, self.channels, node, frozenset(self._sensors.values()))
         ours = RECORD_NAME in content.metadata  # written by this package: by simulation time
         axis = LOG if ours else axis_of(content, self._known)
         self.time_axis: str = axis.words
@@ -122,6 +124,12 @@ class Run:
     def strain_state(self) -> JointSeries:
         """Generalised coordinates (position) and their rates (velocity)."""
         return self._joints("strain_state")
+
+    @cached_property
+    def sensors(self) -> dict[str, SensorSeries]:
+        """Readings of each sensor by its name."""
+        found = self._sensors.items()
+        return {name: series_of(self.channels[i].type, *self._stacked(i)) for name, i in found}
 
     @cached_property
     def energy(self) -> EnergySeries:
@@ -252,7 +260,10 @@ class Run:
     # -- inside -------------------------------------------------------------------------------
 
     def _series(self, key: str) -> tuple[NDArray[np.int64], Stack | None]:
-        index = self._known.get(key, -1)
+        return self._stacked(self._known.get(key, -1))
+
+    def _stacked(self, index: int) -> tuple[NDArray[np.int64], Stack | None]:
+        """Return times and content of all messages of a channel."""
         chosen = [(time_ns, data) for time_ns, at, data in self._messages if at == index]
         if not chosen:
             return np.empty(0, np.int64), None

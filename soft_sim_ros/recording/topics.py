@@ -8,6 +8,7 @@ from soft_sim_ros.scene.limbs import CHAIN, Limbs
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 FLOATS = "std_msgs/msg/Float64MultiArray"
+IMU = "sensor_msgs/msg/Imu"
 JOINTS = "sensor_msgs/msg/JointState"
 ODOMETRY = "nav_msgs/msg/Odometry"
 POSE = "geometry_msgs/msg/PoseStamped"
@@ -76,6 +77,7 @@ BACKBONE, TIP_POSE, REACTION, CONTACTS = "backbone", "tip_pose", "reaction", "co
 NAMED = (REACTION, *DRIVES)
 # there may be several of each, with names below that of the topic
 LIMBS = (BACKBONE, TIP_POSE, "external_wrench", *NAMED)
+SENSORS = "sensors"  # ~/sensors/NAME, of several types: sensors.py
 # for viewers only, not recorded: they follow from the scene and the recorded topics
 MARKERS, FIXED_MARKERS = "markers", "fixed_markers"
 VIEWS = {

@@ -71,6 +71,10 @@ def export_csv(run: Run, directory: str | Path) -> list[Path]:
         many = range(series.poses.shape[1]) if series.poses.ndim == 3 else ("",)
         columns = [f"{part}{index}" for index in many for part in _POSE]
         table(name, series.time, columns, series.poses)
+    for name, readings in run.sensors.items():
+        columns = ["measured", *readings.labels]
+        values = np.column_stack([readings.measured, readings.values])
+        table(f"sensor_{name}", readings.time, columns, values)
     for name, joints in (("joint_states", run.joint_states), ("strain_state", run.strain_state)):
         columns, values = _columns(joints, units if name == "joint_states" else {})
         table(name, joints.time, columns, values)
@@ -125,6 +129,10 @@ def export_npz(run: Run, file: str | Path) -> Path:
         "energy_names": np.array(run.energy.names, dtype=str),
         "energy_values": run.energy.values,
     }
+    for name, readings in run.sensors.items():
+        own: dict[str, Any] = {"time_ns": readings.time_ns, "measured_ns": readings.measured_ns}
+        own |= {"labels": np.array(readings.labels, dtype=str), "values": readings.values}
+        arrays |= {f"sensor_{name}_{part}": array for part, array in own.items()}
     for name, joints in (("joint_states", run.joint_states), ("strain_state", run.strain_state)):
         arrays[f"{name}_time_ns"] = joints.time_ns
         arrays[f"{name}_name"] = np.array(joints.name, dtype=str)

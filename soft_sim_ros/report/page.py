@@ -195,6 +195,7 @@ def _felt_rows(run: Run) -> numbers.Rows:
 def _pictures(run: Run, summary: dict) -> str:
     from soft_sim_ros.report import felt, plots
     from soft_sim_ros.report.motion import motion
+    from soft_sim_ros.report.sensors import pictures as of_sensors
 
     pictures: list[tuple[str, bool, Callable[[], Figure]]] = [
         ("Backbone and path of the tip", bool(shapes_of(run).drawable.any()), lambda: motion(run)),
@@ -210,6 +211,7 @@ def _pictures(run: Run, summary: dict) -> str:
             max(len(run.backbone), len(run.joint_states)) > 1 or bool(summary.get("step_cost")),
             lambda: plots.timing(run, summary),
         ),
+        *of_sensors(run),
     ]
     return "\n".join(
         f'<section class="card"><h2>{title}</h2><div class="wide"><img alt="{title}" '

@@ -23,6 +23,7 @@ from soft_sim_ros.scene.pose import Pose
 from soft_sim_ros.scene.profile import register_profile
 from soft_sim_ros.scene.reference import Reference
 from soft_sim_ros.scene.section import Section
+from soft_sim_ros.scene.sensor import Sensor
 from soft_sim_ros.scene.strains import STRAINS
 from soft_sim_ros.scene.summary import SectionSummary, summary, total_mass
 
@@ -32,6 +33,6 @@ __all__ = [
     "FlexibleLink", "Forest", "Free", "Friction", "Initial", "InputLoad", "Joint",
     "JointActuator", "Load", "Material", "Maxwell", "MomentActuator", "Numerics", "PointLoad",
     "Pose", "Reference", "RigidBody", "Rivlin", "Rod", "Scene", "Schedule", "Section",
-    "SectionSummary", "Shape", "Solid", "TendonActuator", "load_scene", "packaged_scenes",
-    "parse_scene", "register_law", "register_profile", "summary", "total_mass",
+    "SectionSummary", "Sensor", "Shape", "Solid", "TendonActuator", "load_scene",
+    "packaged_scenes", "parse_scene", "register_law", "register_profile", "summary", "total_mass",
 ]  # fmt: skip

@@ -30,6 +30,7 @@ from soft_sim_ros.scene.pose import Pose, read_pose
 from soft_sim_ros.scene.read_fluid import check_fluid, read_fluid
 from soft_sim_ros.scene.read_forest import read_forest
 from soft_sim_ros.scene.reader import Reader
+from soft_sim_ros.scene.sensor import Sensor, read_sensors
 from soft_sim_ros.scene.taper import Floats
 from soft_sim_ros.scene.words import NAME
 
@@ -45,7 +46,7 @@ class Scene:
     attached if that is not the end of the body before it; source: the YAML text, tables from other
     files put in; file: where it came from; fluid: what surrounds all bodies, if anything does;
     environment: shapes that bodies can touch; contact: what all contacts have in common;
-    constraints: what holds frames at frames.
+    constraints: what holds frames at frames; sensors: what is measured.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Scene:
     environment: tuple[Shape, ...] = ()
     contact: ContactLaw = ContactLaw()  # noqa: RUF009 - it is immutable
     constraints: tuple[Constraint, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
 
     @property
     def scheduled_loads(self) -> tuple[PointLoad | DistributedLoad, ...]:
@@ -180,6 +182,7 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         "fluid",
         "environment",
         "contact",
+        "sensors",
     )
     name = reader.name("name", default=_name_of(file))
     gravity = reader.vector("gravity", 3, default=GRAVITY)
@@ -190,13 +193,14 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
     bodies = forest.bodies
     fluid = read_fluid(reader)
     check_fluid(fluid, entries)
+    actuators = read_actuators(reader.entries("actuators"), forest)
     return Scene(
         name=name,
         gravity=gravity,
         base=base,
         bodies=bodies,
         attachments=forest.attachments,
-        actuators=read_actuators(reader.entries("actuators"), forest),
+        actuators=actuators,
         loads=read_loads(reader.entries("loads"), bodies),
         initial=read_initial(reader.mapping("initial"), bodies),
         numerics=read_numerics(reader.mapping("numerics"), bodies),
@@ -208,6 +212,7 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         ),
         contact=read_contact(reader.mapping("contact"), materials),
         constraints=read_constraints(reader.entries("constraints"), bodies),
+        sensors=read_sensors(reader.entries("sensors"), bodies, actuators),
     )
 
 

@@ -508,3 +508,34 @@ DOCUMENTS["touching"] = {
     ],
     "numerics": NUMERICS,
 }
+DOCUMENTS["sensed"] = {
+    "materials": {"soft": SOFT},
+    "gravity": [0, 0, -9.81],
+    "bodies": [
+        {"joint": "one", "kind": "revolute", "axis": [0.0, 1.0, 0.0], "stiffness": 1.0},
+        rod("r"),
+    ],
+    "actuators": [{"tendon": "pull", "rod": "r", "offset": [0.0, 0.01]}],
+    "sensors": [
+        {"strain": "gauge", "rod": "r", "s": 0.1, "offset": [0.0, 0.02], "direction": [1, 0, 0.1]},
+        {"curvature": "fibre", "rod": "r", "s": [0.1, 0.2], "noise": 1e-3, "bias": 0.01},
+        {
+            "imu": "unit",
+            "body": "r",
+            "s": 0.15,
+            "offset": {"position": [0.0, 0.01, 0.0]},
+            "noise": {"acceleration": [0.1, 0.1, 0.2], "angular_velocity": 0.1, "orientation": 0.1},
+            "rate": 250.0,
+            "latency": 0.01,
+            "seed": 3,
+        },
+        {"wrench": "load", "body": "one", "bias": {"torque": 0.1, "force": [0.1, 0.0, 0.0]}},
+        {
+            "tendon": "cell",
+            "actuator": "pull",
+            "noise": {"length": 1e-4, "rate": 1e-3, "tension": 0.1},
+        },
+        {"encoder": "angle", "joint": "one", "noise": {"position": 1e-3, "velocity": 1e-2}},
+    ],
+    "numerics": NUMERICS,
+}

@@ -243,3 +243,20 @@ def test_what_drives_a_held_end_is_booked_as_work():
 def test_a_method_that_was_not_checked_with_constraints_is_refused():
     with pytest.raises(SceneError, match=r"numerics\.integrator"):
         Simulation(scene_of(four_bar(integrator="generalized_alpha")))
+
+
+@pytest.mark.parametrize("integrator", ["sdirk2", "adaptive"])
+@pytest.mark.parametrize("forces", [np.nan, 1e30])
+def test_a_failed_attempt_leaves_no_forces_for_the_next_one(integrator, forces):
+    """Multipliers that Newton's method has lost are no first guess of a shorter step."""
+    lost, calm = (
+        Simulation(scene_of(four_bar(step=2e-3, integrator=integrator))) for _ in range(2)
+    )
+    for simulation in (lost, calm):
+        simulation.advance(20)
+    lost._closed.multiplier[:] = forces
+    for simulation in (lost, calm):
+        simulation.advance(20)
+    np.testing.assert_allclose(lost.q, calm.q, atol=1e-5)
+    place = lost.reactions()["pin"].force - calm.reactions()["pin"].force
+    assert np.abs(place).max() < 1e-3 * np.abs(calm.reactions()["pin"].force).max()

@@ -266,7 +266,7 @@ def test_every_array_of_a_solver_is_remembered_or_scratch_or_constant():
     apart = {"model", "step_index", "q", "v", "dashpots", "solver"}
     held = {"efforts", "wrench", "wrench_follows", "pushes", "pushes_follow", "courses", "attached"}
     booked = {"dissipated", "load_work", "actuator_work", "reference", "ports"}
-    booked |= {"bristles"}
+    booked |= {"bristles", "sensed"}
     closed = {"held", "acts", "multipliers"}
     assert {field.name for field in fields(SimulationState)} == apart | held | booked | closed
     # q and v with dashpots; the account is booked but for what is read off the state

@@ -78,7 +78,7 @@ def right(name, method, n):
     """Return a right value of a parameter by its name: vectors as arrays."""
     rng = np.random.default_rng(sum(map(ord, name)))
     sizes = {"efforts": ACTUATORS, "tip": 6, "wrench": 6, "alpha": 3}
-    sizes |= dict.fromkeys(("q", "v", "a", "p", "tau", "values"), n)
+    sizes |= dict.fromkeys(("q", "v", "a", "p", "tau", "values", "besides"), n)
     if name in sizes:
         return rng.uniform(0.1, 0.3, sizes[name])
     others = {"time": 0.1, "share": 0.7, "tip_follows": True, "actuator": 1, "name": "q"}

@@ -12,6 +12,7 @@ from soft_sim_ros.__main__ import main
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = (
     "contact",
+    "sensors",
     "forest",
     "fluid",
     "state",

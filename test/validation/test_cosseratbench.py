@@ -1,10 +1,12 @@
 """The solver that cosseratbench finds: its scores, and what it says it cannot do."""
 
 import ast
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from cosseratbench.experiment import run
+from cosseratbench.experiments.twist import growth_rates
 from cosseratbench.registry import load_experiment
 from cosseratbench.scenario import EndCondition
 
@@ -42,8 +44,24 @@ def test_ropes_that_cross_need_contact_and_so_are_unsupported():
     assert load_experiment("crossing").requires - SoftSimRos.capabilities
 
 
-@pytest.mark.parametrize("name", ["capstan", "pile", "twist"])
-def test_what_needs_contact_or_a_held_far_end_is_unsupported(name):
+@pytest.mark.slow
+def test_a_twisted_rod_leaves_its_axis_beyond_greenhills_twist_and_not_before():
+    """Both ends clamped, one driven about the axis along which it slides."""
+    scenario = load_experiment("twist").scenario
+    rods = tuple(scenario.rods[k] for k in (1, 3))  # 0.98 and 1.02 of the critical twist
+    scenario = replace(scenario, rods=rods)
+    trajectory = SoftSimRos().run(scenario, n_elements=20, n_frames=161)
+    below, beyond = growth_rates(scenario, trajectory)  # 1/s
+    assert below < -0.1
+    assert beyond > 0.2
+    # the far end slides to where its tension of 10 EI/L² has it, ε = 10 r²/4 L², and nowhere else
+    ends = trajectory.positions[0][80:, -1] - rods[0].centerline[-1]
+    np.testing.assert_allclose(ends[:, 0], 2.5e-4, atol=5e-6)
+    assert np.abs(ends[:, 1:]).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["capstan", "pile"])
+def test_what_needs_contact_is_unsupported(name):
     result = scored(name)
     assert result.outcome == "unsupported"
     assert result.missing

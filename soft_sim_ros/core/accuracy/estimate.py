@@ -159,7 +159,7 @@ class Estimated:
             integrator=COMPANION.get(scene.numerics.integrator, OTHERS),
             options={},
         )
-        self.companion = Simulation(replace(scene, numerics=numerics))
+        self.companion = Simulation(replace(scene, numerics=numerics, sensors=()))
         self._tips = [s.tips() for s in (simulation, self.companion)]
         self._balance = Balance(simulation)
         self._excess = 0.0

@@ -169,7 +169,9 @@ class Search:
         return None if isinstance(result, SolverError) else result
 
     def _run(self, numerics: Numerics) -> _Trial:
-        simulation = Simulation(replace(self._scene, numerics=replace(numerics, free=Free())))
+        simulation = Simulation(
+            replace(self._scene, numerics=replace(numerics, free=Free()), sensors=())
+        )
         if self._drive is None:
             self._drive = probe(simulation).looking()
         self._compiled = simulation.compiled

@@ -55,7 +55,7 @@ class WatchedInputs(Inputs):
             raise ValueError(f"{scene.name} has no numerics.tolerance")
         super().__init__(simulation, command_timeout, ramp, bounds)
         finer: Numerics = Refinement(scene, tolerance).finer(scene.numerics)
-        self.companion = Simulation(replace(scene, numerics=finer))
+        self.companion = Simulation(replace(scene, numerics=finer, sensors=()))
         self.tolerance, self.error_rel = tolerance, 0.0
         self.orientation, self.error_rad = scene.numerics.orientation, 0.0
         self.trust = factor(ASSUMED) if scene.numerics.trust is None else scene.numerics.trust

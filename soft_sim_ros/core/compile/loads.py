@@ -25,7 +25,7 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
         wrench = np.concatenate([load.moment, load.force])
         if load.frame == "world":
             wrench = np.concatenate([rotation.T @ load.moment, rotation.T @ load.force])
-        for node, share in _shares(chain, load):
+        for node, share in node_shares(chain, load):
             nodes.append(node)
             wrenches.append(share * wrench)
         ptr.append(len(nodes))
@@ -51,10 +51,12 @@ def lump_loads(scene: Scene, chain: Chain, rotation: Floats) -> Loads:
 
 def _node_of(chain: Chain, load: InputLoad) -> int:
     """Return the node on which a commanded wrench acts."""
-    return max(_shares(chain, load), key=lambda share: share[1])[0]
+    return max(node_shares(chain, load), key=lambda share: share[1])[0]
 
 
-def _shares(chain: Chain, load: PointLoad | DistributedLoad | InputLoad) -> list[tuple[int, float]]:
+def node_shares(
+    chain: Chain, load: PointLoad | DistributedLoad | InputLoad
+) -> list[tuple[int, float]]:
     """Return the nodes on which a load acts and the share of each: 1, or a length in m.
 
     Gauss–Lobatto weights of the elements that a distributed load covers.

@@ -96,6 +96,15 @@ def largest(weight, x):
     return size
 
 
+@kernel
+def give_up(problem, why):
+    """Leave nothing of a failed iteration that a shorter step would begin with; return why."""
+    problem.work.key[CQ] = NO_FACTORS
+    if problem.calls[CLOSE] != 0:
+        problem.data.closed.multiplier[:] = 0.0
+    return why
+
+
 @unit
 def solve_stage(problem, cq, cv, goal):
     """Find work.a with r(q, v, a) = 0 at q = start_q + cq a, v = start_v + cv a.
@@ -141,11 +150,9 @@ def solve_stage(problem, cq, cv, goal):
                 work.key[PATTERN] = data.touch.pattern[0]
             work.rate[0] = 1.0
             if not factor(model, work.system):
-                work.key[CQ] = NO_FACTORS
-                return SINGULAR
+                return give_up(problem, SINGULAR)
             if closing != 0 and call_close(closing, problem, FACTOR, cq, 0.0) != CONVERGED:
-                work.key[CQ] = NO_FACTORS
-                return SINGULAR
+                return give_up(problem, SINGULAR)
             stale = False
             refreshed = iteration
         solve(model, work.system, work.residual)
@@ -157,8 +164,7 @@ def solve_stage(problem, cq, cv, goal):
         work.counters[ITERATIONS] += 1
         work.measure[CORRECTION] = size
         if not math.isfinite(size):
-            work.key[CQ] = NO_FACTORS
-            return NOT_FINITE
+            return give_up(problem, NOT_FINITE)
         # remaining error if the contraction stays the same
         if iteration == 0:
             rate = max(work.rate[0], FASTEST)
@@ -193,8 +199,7 @@ def solve_stage(problem, cq, cv, goal):
                 break  # diverges with exact factors
             stale = True
         before = size
-    work.key[CQ] = NO_FACTORS
-    return TOO_MANY
+    return give_up(problem, TOO_MANY)
 
 
 def called(problem: Problem) -> list[Call]:

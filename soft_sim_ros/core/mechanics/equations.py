@@ -198,11 +198,18 @@ class Equations:
         data = self.forcing(efforts, time, 1.0, tip, tip_follows, live)
         return self.accelerations(q, v, data, time)
 
-    def accelerations(self, q: Floats, v: Floats, data: Data, time: float) -> Floats:
-        """Return q̈ (n,); multipliers of constraints are left in ``data.closed``."""
+    def accelerations(
+        self, q: Floats, v: Floats, data: Data, time: float, besides: Floats | None = None
+    ) -> Floats:
+        """Return q̈ (n,); multipliers of constraints are left in ``data.closed``.
+
+        besides : (n,) forces that resist, more than those of a state at rest
+        """
         time, told = number("time", time), np.zeros(self.n)
         told[self.model.driven[:, 0]] = data.driven[:, 2]  # ``forcing`` has set it
         out = self.residual(q, v, told, data)
+        if besides is not None:
+            out += vector("besides", besides, self.n)
         self._factor_mass(time)
         out[~self.free] = 0.0
         solve(self.model, self._system, out)

@@ -66,7 +66,7 @@ def finer_scene(scene: Scene, least: int = 0) -> Scene:
         nodes = basis.nodes and max(basis.nodes, max(order.values(), default=0) + 5)
         rods[name] = replace(basis, order=order, nodes=nodes)
     numerics = rules.finer_nodes(replace(numerics, rods=rods))
-    return replace(scene, numerics=replace(numerics, free=Free()))
+    return replace(scene, numerics=replace(numerics, free=Free()), sensors=())
 
 
 def shown(turn: float) -> int:

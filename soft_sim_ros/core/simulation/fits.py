@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from .bristles import held_bristles
 from .mark import ModelMark
 from .memory import ARRAYS, EXCHANGED, SolverMemory, factors_of
 from .state import SimulationState
+
+if TYPE_CHECKING:
+    from .sensing import Sensing
 
 
 def known_to_fit(state: SimulationState, mark: ModelMark) -> bool:
@@ -63,6 +66,29 @@ def refuse_misfit(
         expected = f"a whole number in [0, {most_steps}]"
         raise StateError(where, "step_index", str(state.step_index), expected)
     _refuse_memory(where, state.solver, problem, 1e-9 * state.step_ns)
+
+
+def refuse_readings(state: SimulationState, sensing: Sensing | None) -> None:
+    """Refuse readings that the sensors of a simulation cannot have made.
+
+    Raises
+    ------
+    StateError
+        which says what is expected
+    """
+    where = f"state of {state.scene!r}"
+    _refuse(where, "sensed", state.sensed, (0 if sensing is None else sensing.size,))
+    begin = 0
+    for channel in () if sensing is None else sensing.channels.values():
+        rows = state.sensed[begin : begin + channel.size].reshape(channel.most, -1)
+        begin += channel.size
+        steps = rows[rows[:, 0] >= 0.0, 0]
+        first = len(steps) and np.all(rows[: len(steps), 0] == steps)
+        first = first and np.all(rows[len(steps) :, 0] == -1.0)  # none
+        whole = np.all(steps == np.floor(steps)) and np.all(np.diff(steps) > 0.0)
+        if not (first and whole and steps[0] >= 0.0 and steps[-1] <= state.step_index):
+            expected = f"the steps at which {channel.sensor.name} measured, in their order"
+            raise StateError(where, "sensed", str(rows[:, 0].tolist())[:100], expected)
 
 
 def _refuse_memory(where: str, memory: SolverMemory, problem: Problem, step: float) -> None:

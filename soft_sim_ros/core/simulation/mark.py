@@ -25,6 +25,7 @@ class ModelMark(Value):
     ----------
     scene : its name; another name alone makes no other model
     coordinates, actuators : their names
+    sensors : what they are and when they measure, in words
     integrator, space : how it is stepped, and in which directions anything moves
     step_ns : size of a step in ns
     arrays : names of the arrays of the model
@@ -34,6 +35,7 @@ class ModelMark(Value):
     scene: str
     coordinates: tuple[str, ...]
     actuators: tuple[str, ...]
+    sensors: tuple[str, ...]
     integrator: str
     space: str
     step_ns: int
@@ -49,6 +51,10 @@ class ModelMark(Value):
             scene=scene.name,
             coordinates=compiled.coordinate_names,
             actuators=tuple(actuator.name for actuator in scene.actuators),
+            sensors=tuple(
+                f"{one.kind} {one.name} of {one.of}, {one.rate!r} Hz, {one.latency!r} s late"
+                for one in scene.sensors
+            ),
             integrator=scene.numerics.integrator,
             space=type(stepped.space).__name__,
             step_ns=step_ns,
@@ -60,7 +66,7 @@ class ModelMark(Value):
         """Say in what another model differs from this one; empty if in nothing that matters."""
         if self is other:
             return ""
-        for what in ("coordinates", "actuators"):
+        for what in ("coordinates", "actuators", "sensors"):
             mine, theirs = getattr(self, what), getattr(other, what)
             if len(mine) != len(theirs):
                 return f"it has {len(theirs)} {what}, not {len(mine)}"

@@ -31,7 +31,7 @@ from soft_sim_ros.core.terms.closures import FREED, HELD, MODE, TARGET
 from soft_sim_ros.errors import Diverged
 from soft_sim_ros.scene import Scene
 
-from .payload import Carrying
+from .sensed import Sensed
 from .state import SimulationState
 from .statistics import Statistics
 from .stepper import Stepper
@@ -50,7 +50,7 @@ MOST_POSES = 100_000
 LATCH = 1e-4  # of the length, or rad: further apart frames cannot be that are made to hold
 
 
-class Simulation(Carrying):
+class Simulation(Sensed):
     """A soft arm in motion.
 
     Parameters
@@ -107,6 +107,7 @@ class Simulation(Carrying):
             self._put(again)
             if len(self.model.driven):  # they are not where they were at the start
                 self._begin(start.q, start.v)
+            self._sense_anew()
 
         wholly(begin)
 
@@ -199,13 +200,19 @@ class Simulation(Carrying):
         entry, made, step_ns = self._entry, self._state.steps, self.step_ns
         index = made.item()
         last = index + whole("steps", steps, 0, self._most_steps - index)
+        sensing = self._sensing
         while True:
+            stop = last if sensing is None else min(last, self._until_sensed(sensing))
             begin = time.perf_counter()
-            if status := entry.advance(step_ns, last - index, self._pace):
+            if status := entry.advance(step_ns, stop - index, self._pace):
                 raise Diverged(self.time, REASONS[status] + self._unmet(status))
             index = made.item()
+            if sensing is not None:
+                self._sense(sensing)
             if index >= last:
                 return
+            if index == stop:
+                continue
             # grouping does not change results, so it may depend on the speed of the machine
             self._pace = next_pace(self._pace, time.perf_counter() - begin)
 

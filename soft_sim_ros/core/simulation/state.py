@@ -12,7 +12,7 @@ from .memory import SolverMemory
 from .value import Value
 from .value_file import load, save
 
-FORMAT = "soft_sim_ros state 2"
+FORMAT = "soft_sim_ros state 3"
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,8 @@ class SimulationState(Value):
     bristles : (4 B,) of friction in contact, B numbers of all stations: deflections in m and what
         they hold on to; at both ends of the present step of the adaptive method; their rates at
         its end. (0,) without contact
+    sensed : (R,) readings of sensors, in their order, each row the index of a step (-1: none) and
+        its numbers. (0,) without sensors
 
     Notes
     -----
@@ -77,6 +79,7 @@ class SimulationState(Value):
     multipliers: Floats
     solver: SolverMemory
     bristles: Floats
+    sensed: Floats
 
     @property
     def scene(self) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from soft_sim_ros.core.arguments import whole
@@ -32,12 +34,15 @@ from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.errors import BadArgument, OtherModel
 
 from .bristles import held_bristles, recall_bristles
-from .fits import known_to_fit, note_fit, refuse_misfit
+from .fits import known_to_fit, note_fit, refuse_misfit, refuse_readings
 from .initial import check_mass, initial_coordinates
 from .mark import ModelMark
 from .memory import SolverMemory
 from .shared import shared_by
 from .state import SimulationState
+
+if TYPE_CHECKING:
+    from .sensing import Sensing
 
 
 class Stepper:
@@ -89,6 +94,11 @@ class Stepper:
             calls=np.zeros(6, dtype=np.int64),
         )
         self._closed = self._problem.data.closed
+        self._sensing: Sensing | None = None
+        if self.scene.sensors:
+            from .sensing import Sensing  # scenes without any need not load it
+
+            self._sensing = Sensing(compiled, self.step_ns)
         self._entry = Entry(self._problem, self.dynamics.calls(), self._shared.packed)
 
     @property
@@ -109,6 +119,7 @@ class Stepper:
         self._state.steps[0] = whole("step_index", index, 0, self._most_steps)
         if len(self.compiled.model.driven):  # at another time they are elsewhere
             self._begin(self.q.copy(), self.v.copy())
+        self._sense_anew()
 
     @property
     def time_ns(self) -> int:
@@ -163,6 +174,7 @@ class Stepper:
             multipliers=self._closed.multiplier,
             solver=SolverMemory.of(self._work),
             bristles=np.concatenate([part.ravel() for part in held_bristles(self._problem.data)]),
+            sensed=np.zeros(0) if self._sensing is None else self._sensing.packed(),
         )
         return note_fit(now, self._mark)
 
@@ -185,6 +197,7 @@ class Stepper:
         if not known_to_fit(state, self._mark):
             payloads = len(self.dynamics.attached)
             refuse_misfit(state, self._problem, self.n_coordinates, payloads, self._most_steps)
+            refuse_readings(state, self._sensing)
             note_fit(state, self._mark)
         wholly(lambda: self._put(state))
 
@@ -212,6 +225,8 @@ class Stepper:
         )
         state.solver.recall(self._work)
         recall_bristles(self._problem.data, state.bristles)
+        if self._sensing is not None:
+            self._sensing.unpack(state.sensed)
 
     def _begin(self, q: Floats, v: Floats) -> None:
         """Set coordinates and rates (n,); dashpots are where nothing pulls at them, and rest.
@@ -240,6 +255,10 @@ class Stepper:
         state.settled[:] = state.position
         state.account[BOOKED] = 0.0
         state.account[REFERENCE] = state.account[[KINETIC, ELASTIC, GRAVITY]].sum()
+        self._sense_anew()
+
+    def _sense_anew(self) -> None:
+        """Let sensors measure the state that motion begins in, if there are any."""
 
     def _meet(self) -> None:
         """Put the state onto the constraints that act now, and note what they do."""
