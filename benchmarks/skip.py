@@ -184,7 +184,9 @@ FEATURES = (
     Feature("gravity", _gravity, 9.81),
     Feature("viscosity", _material(viscosity=float), 100.0),
     Feature("Rayleigh damping", _material(rayleigh=lambda x: {"mass": x}), 0.5),
-    Feature("Maxwell branch", _material(maxwell=lambda x: {"ratio": max(x, 1e-60), "time": 0.1}), 0.5),
+    Feature(
+        "Maxwell branch", _material(maxwell=lambda x: {"ratio": max(x, 1e-60), "time": 0.1}), 0.5
+    ),
     Feature("hyperelastic law", _law, silent=False),
     Feature(
         "formula along the rod",
