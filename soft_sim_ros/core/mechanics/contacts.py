@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from soft_sim_ros.core.compile.contact import Station, stations
+from soft_sim_ros.core.compile.contact import Station, fixed_shapes, stations
 from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.contact import rows as columns
 from soft_sim_ros.core.contact.rows import COLUMNS, contact_rows
@@ -60,7 +60,7 @@ class ContactReader:
         self._compiled, self._model = compiled, compiled.model
         self._data = new_data(self._model)
         self._stations: list[Station] = stations(compiled.scene, compiled.chain)
-        shapes = compiled.scene.environment
+        shapes = fixed_shapes(compiled.scene)
         self._shapes = [shape.name for shape in shapes]
         self._rows = np.zeros((len(self._stations), len(shapes), COLUMNS))
         self._zero = np.zeros(len(compiled.coordinate_names))

@@ -89,12 +89,16 @@ def no_contact() -> Contact:
     )
 
 
-def new_touch(contact: Contact) -> Touch:
-    """Allocate scratch; addresses are filled in by who knows the model."""
-    stations = len(contact.node)
-    some = min(stations, 1)
-    slots = int(contact.slots[0]) if some else 0
-    near = np.zeros((stations, 4))
+def new_touch(contact: Contact, more: int = 0, slots: int = 0) -> Touch:
+    """Allocate scratch; addresses are filled in by who knows the model.
+
+    more : stations that press on other bodies; their bristles come last
+    slots : bristles that each of them may use
+    """
+    some = min(len(contact.node), 1)
+    stations = len(contact.node) + more
+    slots = max(slots, int(contact.slots[0]) if some else 0)
+    near = np.zeros((len(contact.node), 4))
     near[:, 3] = -1.0
     return Touch(
         bristle=np.zeros((some, stations, slots, WIDE)),

@@ -53,6 +53,8 @@ def energies(model, data, q, v, zero):
     elastic += tendon_energy(model, data)
     if len(model.contact.node) > 0:
         elastic += call_contact_energy(data.touch.call[2], model, data)
+    if len(model.pairs.cell) > 0:
+        elastic += call_contact_energy(data.meet.call[2], model, data)
     return kinetic, elastic, weight
 
 

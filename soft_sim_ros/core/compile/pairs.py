@@ -1,0 +1,442 @@
+"""Cells and stations of bodies that touch one another, and the laws between them.
+
+Stations of a rod are so close that nothing slips between them, however few nodes it has.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from soft_sim_ros.core.contact import coupling  # noqa: F401 - it offers its units
+from soft_sim_ros.core.model import contact as columns
+from soft_sim_ros.core.model.contact import SLOTS
+from soft_sim_ros.core.model.packing import floats, ints
+from soft_sim_ros.core.model.pairs import CURVE, STICK, Pairs, no_pairs
+from soft_sim_ros.errors import SceneError
+from soft_sim_ros.scene import ContactLaw, Material, RigidBody, Rod, Scene, Section, Shape
+from soft_sim_ros.scene.cross_section import Annulus, Circle
+from soft_sim_ros.scene.environment import KINDS
+from soft_sim_ros.scene.pairs import Pair, related
+
+from .chain import Chain
+from .contact import BRISTLE, DEFAULT, ONSET, body_contact, softness
+
+SPACING = 0.25  # of stations along a rod or a capsule, over its radius
+SLOPE = 1e-6  # of a section: over which slopes of its radius are taken
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A piece of a body that touches and is touched.
+
+    node : its two nodes; kind: of a shape, CURVE or STICK
+    body, section : names
+    size, axes, ends, sign, taper, reach, free, bound : as Pairs has them
+    stations : rows (arc length, shares of nodes (4,), arms (6,), radius, length it stands for)
+    single : whether its station is a ball of its own, not one of a row
+    """
+
+    node: tuple[int, int]
+    kind: int
+    body: str
+    section: Section | None
+    size: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axes: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    ends: tuple[float, ...] = (0.0,) * 6
+    sign: float = 1.0
+    taper: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    reach: tuple[float, float] = (0.0, 0.0)
+    free: tuple[int, int] = (0, 0)
+    bound: float = -1.0
+    stations: tuple[tuple[float, ...], ...] = ()
+    single: bool = False
+
+    @property
+    def group(self) -> tuple[str, str | None, float]:
+        """What decides its law."""
+        name = None if self.section is None else self.section.name
+        return self.body, name, self.taper[0] if self.single else 0.0
+
+
+def moving_shapes(scene: Scene) -> tuple[Shape, ...]:
+    """Return the shapes of the environment that move with a body."""
+    return tuple(shape for shape in scene.environment if shape.on is not None)
+
+
+def asked_pairs(scene: Scene) -> tuple[Pair, ...]:
+    """Return all pairs of a scene: those that are written, and bodies with moving shapes.
+
+    A moving shape comes second.
+    """
+    found = list(scene.pairs)
+    for shape in moving_shapes(scene):
+        for body in scene.bodies:
+            allowed = shape.bodies is None or body.name in shape.bodies
+            shaped = isinstance(body, Rod) or (isinstance(body, RigidBody) and body.shape)
+            if allowed and shaped and body_contact(body).possible and body.name != shape.on:
+                key = f"environment.{shape.name}"
+                found.append(Pair((body.name, shape.name), shape.law, shape.overlap, key))
+    return tuple(found)
+
+
+def flat_pairs(scene: Scene, chain: Chain) -> Pairs:
+    """Return the contact of bodies with one another.
+
+    Raises
+    ------
+    SceneError
+        for what has no stiffness to touch with, or has no shape that can be touched
+    """
+    asked = asked_pairs(scene)
+    if not asked:
+        return no_pairs()
+    names = list(dict.fromkeys(name for pair in asked for name in pair.bodies))
+    cells: list[Cell] = []
+    first = [0]
+    for name in names:
+        cells += cells_of(scene, chain, name)
+        first.append(len(cells))
+    number = {name: i for i, name in enumerate(names)}
+    groups = {group: i for i, group in enumerate(dict.fromkeys(cell.group for cell in cells))}
+    example = {cell.group: cell for cell in reversed(cells)}
+    law = np.zeros((len(groups), len(groups), 9))
+    pressing: dict[tuple[int, int], int] = {}
+    half = set()
+    for pair in asked:
+        one, two = pair.bodies
+        kin = one == two or related(scene.forest, one, two)
+        if one == two:
+            half.add(one)
+        for source, target in _directions(scene, cells, pair):
+            pressing[number[source], number[target]] = int(kin)
+            for a, row in groups.items():
+                for b, column in groups.items():
+                    if a[0] == source and b[0] == target:
+                        law[row, column] = pair_law(scene, pair, example[a], example[b])
+    rubs = bool((law[:, :, columns.KINETIC] > 0.0).any())
+    stations = [(i, row) for i, cell in enumerate(cells) for row in cell.stations]
+    counts = np.bincount([i for i, _ in stations], minlength=len(cells))
+    rows = floats([row for _, row in stations]).reshape(-1, 13)
+    # a rod that touches itself presses from both sides
+    halved = np.array([0.5 if cells[i].body in half else 1.0 for i, _ in stations])
+    bound = floats([cell.bound for cell in cells])
+    length = np.array([cell.size[0] if cell.kind == CURVE else 0.0 for cell in cells])
+    return Pairs(
+        cell=ints([i for i, _ in stations]),
+        weight=floats(rows[:, 1:5]),
+        arm=floats(rows[:, 5:11]),
+        radius=floats(rows[:, 11]),
+        share=floats(rows[:, 12] * halved),
+        arc=floats(rows[:, 0]),
+        ptr=ints([0, *np.cumsum(counts)]),
+        node=ints([cell.node for cell in cells]).reshape(-1, 2),
+        body=ints([number[cell.body] for cell in cells]),
+        group=ints([groups[cell.group] for cell in cells]),
+        kind=ints([cell.kind for cell in cells]),
+        size=floats([cell.size for cell in cells]),
+        rotation=floats([cell.axes for cell in cells]),
+        centre=floats([cell.ends[:3] for cell in cells]),
+        far=floats([cell.ends[3:] for cell in cells]),
+        sign=floats([cell.sign for cell in cells]),
+        taper=floats([cell.taper for cell in cells]),
+        reach=floats([cell.reach for cell in cells]),
+        end=ints([cell.free for cell in cells]).reshape(-1, 2),
+        bound=bound,
+        law=floats(law),
+        first=ints(first),
+        pair=ints([(*two, kin) for two, kin in pressing.items()]).reshape(-1, 3),
+        margin=floats([float(np.mean((bound + 0.5 * length)[bound >= 0.0]))]),
+        slots=ints([SLOTS if rubs else 0]),
+        components=ints(range(6)),
+    )
+
+
+def _directions(scene: Scene, cells: list[Cell], pair: Pair) -> list[tuple[str, str]]:
+    """Return who presses with its stations on whom.
+
+    Rods press on rigid bodies, balls on capsules and both on boxes, the thinner on the thicker of
+    one kind; corners of boxes press on all but rods and balls, which feel the whole box.
+    """
+    one, two = pair.bodies
+    if one == two:
+        return [(one, one)]
+    mine = [[cell for cell in cells if cell.body == name] for name in (one, two)]
+    if not any(cell.stations for cell in mine[1]):
+        return [(one, two)]
+
+    def rank(own: list[Cell]) -> tuple[int, float]:
+        if own[0].kind == CURVE:
+            order = 0
+        elif own[0].kind == STICK:
+            order = 1 if own[0].single else 2
+        else:
+            order = 3
+        return order, min(row[11] for cell in own for row in cell.stations)
+
+    ranks = [rank(own) for own in mine]
+    if ranks[1] < ranks[0]:
+        one, two = two, one
+        ranks.reverse()
+    if ranks[1][0] == 3 and ranks[0][0] >= 2:
+        return [(one, two), (two, one)]
+    return [(one, two)]
+
+
+def cells_of(scene: Scene, chain: Chain, name: str) -> list[Cell]:
+    """Return the cells of a body, or of a shape that moves."""
+    shape = next((shape for shape in moving_shapes(scene) if shape.name == name), None)
+    if shape is not None:
+        return [_of_shape(chain, shape)]
+    body = next(body for body in scene.bodies if body.name == name)
+    if isinstance(body, Rod):
+        return _of_rod(scene, chain, body)
+    assert isinstance(body, RigidBody) and body.shape is not None
+    return [_of_solid(chain, body)]
+
+
+def _of_shape(chain: Chain, shape: Shape) -> Cell:
+    assert shape.on is not None
+    node = chain.frames[shape.on] if shape.on in chain.frames else chain.ends[shape.on]
+    size = shape.size.tolist()
+    bound = float(np.linalg.norm(shape.size))
+    if shape.kind == "plane" or shape.inside:
+        bound = -1.0
+    elif shape.kind == "capsule":
+        bound = size[0] + size[1]
+    return Cell(
+        (node, node),
+        KINDS.index(shape.kind),
+        shape.name,
+        None,
+        size=(size[0], size[1], size[2]),
+        axes=tuple(shape.axes.ravel().tolist()),
+        ends=(*shape.position.tolist(), 0.0, 0.0, 0.0),
+        sign=-1.0 if shape.inside else 1.0,
+        bound=bound,
+    )
+
+
+def _of_solid(chain: Chain, body: RigidBody) -> Cell:
+    node, solid = chain.frames[body.name], body.shape
+    assert solid is not None
+    arc, r = chain.behind[node], solid.radius
+    if solid.kind == "box":
+        half, axes = solid.half, solid.axes
+        middle = np.mean(solid.centres, axis=0)
+        rows = [
+            (arc, 1.0, 0.0, 1.0, 0.0, *at, 0.0, 0.0, 0.0, r, solid.reach) for at in solid.centres
+        ]
+        bound = float(np.linalg.norm(half))
+        return Cell(
+            (node, node),
+            columns.BOX,
+            body.name,
+            None,
+            size=half,
+            axes=axes,
+            ends=(*middle.tolist(), 0.0, 0.0, 0.0),
+            bound=bound,
+            reach=(arc, arc),
+            stations=tuple(rows),
+        )
+    single = solid.segment is None
+    ends = np.array([solid.centres[0]] * 2 if solid.segment is None else solid.segment)
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    if single:
+        places = [(0.0, 1.0)]
+    else:
+        count = int(np.ceil(length / (SPACING * r)))
+        places = [((i + 0.5) / count, length / count) for i in range(count)]
+        places = [(0.0, r), *places, (1.0, r)]
+    rows = [
+        (arc, 1.0, 0.0, 1.0, 0.0, *(ends[0] + t * (ends[1] - ends[0])), 0.0, 0.0, 0.0, r, share)
+        for t, share in places
+    ]
+    return Cell(
+        (node, node),
+        STICK,
+        body.name,
+        None,
+        ends=(*ends[0].tolist(), *ends[1].tolist()),
+        taper=(r, r, 0.0, 0.0),
+        reach=(arc, arc),
+        bound=0.5 * length + r,
+        stations=tuple(rows),
+        single=single,
+    )
+
+
+def _of_rod(scene: Scene, chain: Chain, rod: Rod) -> list[Cell]:
+    rod_map = chain.rods[rod.name]
+    before = chain.behind[rod_map.first_node]
+    begins = _begins_free(chain, rod_map.first_node)
+    pieces = [(k, s) for k, s in chain.rod_segments(rod_map) if s.span[1] > s.span[0]]
+    slopes = _radius_slopes(scene, rod, [s.span for _, s in pieces])
+    cells = []
+    for i, (k, segment) in enumerate(pieces):
+        begin, end = segment.span
+        length = end - begin
+        section = _section_at(rod, 0.5 * (begin + end))
+        r0, r1 = _radius(scene, rod, section, begin), _radius(scene, rod, section, end)
+        last = i == len(pieces) - 1 and k + 1 in chain.tips
+        free = int(i == 0), int(i == len(pieces) - 1)
+        count = int(np.ceil(length / (SPACING * 0.5 * (r0 + r1))))
+        places = [((j + 0.5) / count, length / count) for j in range(count)]
+        if i == 0 and begins:
+            places.insert(0, (0.0, r0))
+        if last:
+            places.append((1.0, r1))
+        taper = (r0, r1, length * slopes[i], length * slopes[i + 1])
+        rows = []
+        for t, share in places:
+            w1, w2 = t * t * (3.0 - 2.0 * t), (1.0 - t)
+            o1, o2 = length * t * w2 * w2, -length * t * t * w2
+            own = _hermite(taper, t)
+            rows.append(
+                (before + begin + t * length, 1.0 - w1, w1, w2, t)
+                + (o1, 0.0, 0.0, o2, 0.0, 0.0, own, share)
+            )
+        cells.append(
+            Cell(
+                (segment.origin, k + 1),
+                CURVE,
+                rod.name,
+                section,
+                size=(length, 0.0, 0.0),
+                taper=taper,
+                reach=(before + begin, before + end),
+                free=free,
+                bound=max(r0, r1, *(row[11] for row in rows)),
+                stations=tuple(rows),
+            )
+        )
+    return cells
+
+
+def _begins_free(chain: Chain, node: int) -> bool:
+    return any(turn + 1 == node for turn, _ in chain.free)
+
+
+def _hermite(taper: tuple[float, float, float, float], t: float) -> float:
+    u = 1.0 - t
+    r0, r1, d0, d1 = taper
+    return r0 * (1 + 2 * t) * u * u + r1 * t * t * (3 - 2 * t) + d0 * t * u * u - d1 * t * t * u
+
+
+def _section_at(rod: Rod, s: float) -> Section:
+    ends = rod.boundaries
+    i = int(np.clip(np.searchsorted(ends, s, side="right") - 1, 0, len(rod.sections) - 1))
+    return rod.sections[i]
+
+
+def _radius(scene: Scene, rod: Rod, section: Section, s: float) -> float:
+    """Return the radius in m of a round section at an arc length of its rod."""
+    i = [own.name for own in rod.sections].index(section.name)
+    x = np.array(np.clip((s - rod.boundaries[i]) / section.length, 0.0, 1.0))
+    shape = section.cross_section
+    if isinstance(shape, Circle):
+        return float(shape.radius(x))
+    if isinstance(shape, Annulus):
+        return float(shape.outer(x))
+    where = [body.name for body in scene.bodies].index(rod.name)
+    key = f"bodies[{where}].sections[{i}].cross_section"
+    expected = "a circle or an annulus: only round rods touch other bodies"
+    raise SceneError(scene.file, key, section.name, expected)
+
+
+def _radius_slopes(scene: Scene, rod: Rod, spans: list[tuple[float, float]]) -> list[float]:
+    """Return dr/ds at the ends of cells; where sections meet, the mean of both."""
+    marks = [spans[0][0], *(end for _, end in spans)]
+    slopes = []
+    for i, s in enumerate(marks):
+        own = []
+        for begin, end in spans[max(0, i - 1) : i + 1]:
+            section = _section_at(rod, 0.5 * (begin + end))
+            d = SLOPE * section.length
+            a, b = max(s - d, begin), min(s + d, end)
+            change = _radius(scene, rod, section, b) - _radius(scene, rod, section, a)
+            own.append(change / (b - a))
+        slopes.append(float(np.mean(own)))
+    return [0.0 if abs(slope) < 1e-9 else slope for slope in slopes]
+
+
+def pair_law(scene: Scene, pair: Pair, one: Cell, two: Cell) -> list[float]:
+    """Return the row of the law of stations of a cell that presses on another one."""
+    bodies = {body.name: body for body in scene.bodies}
+    shapes = {shape.name: shape for shape in scene.environment}
+    written = pair.law
+    for name in bodies:  # of two that say something, the first one counts
+        if name in pair.bodies:
+            written = written.over(body_contact(bodies[name]).law)
+    for name in pair.bodies:
+        if name in shapes:
+            written = written.over(shapes[name].law)
+    written = written.over(scene.contact)
+    law = written.over(DEFAULT)
+    friction = law.friction
+    assert friction is not None and law.dissipation is not None
+    radius = one.stations[0][11]
+    kind, stiffness = columns.LINEAR, written.stiffness
+    bristle = stiffness
+    if stiffness is None:
+        kind, stiffness, bristle = _of_materials(scene, pair, one, two, written)
+    elif one.single:
+        stiffness *= radius  # a ball stands for its radius
+        bristle = stiffness
+    assert bristle is not None
+    if law.tangential_stiffness is not None:
+        bristle = law.tangential_stiffness * (radius if one.single else 1.0)
+    onset = ONSET if law.onset is None else law.onset / radius
+    time = 0.0 if law.tangential_time is None else law.tangential_time
+    across = friction.across / friction.kinetic if friction.kinetic > 0.0 else 1.0
+    return [
+        *(float(kind), stiffness, onset, law.dissipation, friction.static, friction.kinetic),
+        *(across if one.section is not None else 1.0, bristle, time),
+    ]
+
+
+def _material(scene: Scene, cell: Cell) -> Material | None:
+    shape = next((shape for shape in moving_shapes(scene) if shape.name == cell.body), None)
+    if shape is not None:
+        return shape.law.material or scene.contact.material
+    own = body_contact(next(body for body in scene.bodies if body.name == cell.body)).law.material
+    if own is None and cell.section is not None:
+        own = cell.section.material
+    return own or scene.contact.material
+
+
+def _of_materials(
+    scene: Scene, pair: Pair, one: Cell, two: Cell, written: ContactLaw
+) -> tuple[int, float, float]:
+    """Return kind, stiffness and that of the bristles by Hertz, as for shapes (contact.py)."""
+    both = (_material(scene, one) or pair.law.material, _material(scene, two) or pair.law.material)
+    found = [material for material in both if material is not None]
+    if not found:
+        expected = "a stiffness in Pa, or the name of a material, in its contact"
+        raise SceneError(scene.file, pair.key, " and ".join(pair.bodies), expected)
+    modulus = 1.0 / sum(softness(material) for material in found)
+    if not one.single:
+        return columns.LINEAR, 0.25 * np.pi * modulus, 0.25 * np.pi * modulus
+    radius = one.stations[0][11]
+    curved = 1.0 / radius
+    if two.single:
+        curved += 1.0 / two.stations[0][11]
+    elif two.kind == columns.SPHERE:
+        curved += two.sign / two.size[0]
+    stiffness = 4.0 / 3.0 * modulus / np.sqrt(curved)
+    return columns.HERTZ, stiffness, 1.5 * stiffness * np.sqrt(BRISTLE * radius)
+
+
+def cells_and_places(scene: Scene, chain: Chain) -> list[tuple[str, float]]:
+    """Return the body of every cell, and the arc length in m that is 0 along it."""
+    found = []
+    for name in dict.fromkeys(name for pair in asked_pairs(scene) for name in pair.bodies):
+        for cell in cells_of(scene, chain, name):
+            start = cell.reach[0] if cell.kind != CURVE else chain.behind[
+                chain.rods[name].first_node
+            ]
+            found.append((name, start))
+    return found
+
