@@ -59,13 +59,11 @@ def scene(bodies: list[Any], pairs: Any, at: Any, speed: Any = None, **rest: Any
 def momentum(sim: Any) -> Any:
     """Return (angular momentum about the origin, momentum) (6,) of a simulation, in base axes."""
     dynamics = sim.dynamics
-    data = dynamics._data
+    poses = dynamics.node_poses(sim.q)
     dynamics.residual(sim.q, sim.v, np.zeros(dynamics.n), dynamics.forcing())
     total = np.zeros(6)
-    for mass, twist, p, turn in zip(
-        dynamics.model.inertia, data.eta, dynamics.node_poses(sim.q)[:, :3, 3],
-        dynamics.node_poses(sim.q)[:, :3, :3], strict=True,
-    ):  # fmt: skip
+    for mass, twist, pose in zip(dynamics.model.inertia, dynamics._data.eta, poses, strict=True):
+        turn, p = pose[:3, :3], pose[:3, 3]
         push = mass[0] * turn @ twist[3:]
         total += [*(np.cross(p, push) + turn @ (mass[1:] * twist[:3])), *push]
     return total

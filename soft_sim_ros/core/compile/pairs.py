@@ -429,14 +429,10 @@ def _of_materials(
     return columns.HERTZ, stiffness, 1.5 * stiffness * np.sqrt(BRISTLE * radius)
 
 
-def cells_and_places(scene: Scene, chain: Chain) -> list[tuple[str, float]]:
-    """Return the body of every cell, and the arc length in m that is 0 along it."""
+def cells_by_name(scene: Scene, chain: Chain) -> list[tuple[str, float]]:
+    """Return of every cell of ``flat_pairs`` its body, and the arc length in m where that begins."""
     found = []
     for name in dict.fromkeys(name for pair in asked_pairs(scene) for name in pair.bodies):
-        for cell in cells_of(scene, chain, name):
-            start = cell.reach[0] if cell.kind != CURVE else chain.behind[
-                chain.rods[name].first_node
-            ]
-            found.append((name, start))
+        begins = chain.behind[chain.rods[name].first_node] if name in chain.rods else 0.0
+        found += [(name, begins) for _ in cells_of(scene, chain, name)]
     return found
-
