@@ -109,7 +109,7 @@ def test_a_ball_laid_on_a_belt_slides_until_it_rolls(wall):
     way = 0.5 * 0.3 * G * until**2 + 0.2 * (sim.time - until)
     assert sim.q[4] == pytest.approx(way, rel=1e-3)  # bristles bend before it rolls
     # the belt does the work that slides away and that moves the ball
-    kinetic = 0.7 * 0.5 * 0.2**2
+    kinetic = 0.5 * 0.5 * 0.2**2 + 0.2 * 0.5 * 0.5**2
     assert sim.ledger()[4] + sim.ledger()[3] == pytest.approx(kinetic + sim.ledger()[5], rel=1e-3)
 
 
