@@ -2,17 +2,18 @@
 
 import numpy as np
 import pytest
-from meeting import rod, scene
+from meeting import LAW, free, rod, scene
 from scenes import scene_of
 from scipy.integrate import quad, solve_bvp
 from scipy.optimize import brentq
 
 from soft_sim_ros.core.analysis.statics import equilibrium
 from soft_sim_ros.core.mechanics.contacts import ContactReader, resultants
-from soft_sim_ros.core.settled import Dynamics
+from soft_sim_ros.core.settled import Dynamics, Simulation
 
 G, R, LENGTHS, CLEAR = 9.81, 0.01, (0.4, 0.6), 1e-4
 YOUNG, STIFFNESS, ONSET = 2e7, 1e6, 1e-4
+R2 = 0.02
 
 
 def crossing(elements):
@@ -85,3 +86,52 @@ def test_ropes_that_cross_press_like_two_elasticas(elements):
     assert found["b", "a"][5] == pytest.approx(own, rel=1e-3)
     assert np.abs(found["b", "a"] + found["a", "b"]).max() == 0.0
     assert np.abs(found["b", "a"][3:5]).max() < 1e-9
+
+
+def helix(pitch, turns=1.15, curvature=13.3, **options):
+    """A free rod, a turn and more of a helix, with a radius of 2 cm."""
+    twist = pitch * curvature**2 / (2.0 * np.pi)
+    bend = np.sqrt(curvature**2 - twist**2)
+    coil = rod("coil", R2, 2.0 * np.pi * turns / curvature)
+    coil["sections"][0]["reference"] = {"curvature": [twist, 0.0, bend]}
+    return scene(
+        [free("coil"), coil], [{"self": ["coil"], "overlap": True}], {"coil": [0] * 6},
+        contact=options.pop("contact", LAW), numerics={"basis": {"order": 2, "elements": 3}},
+        **options,
+    )  # fmt: skip
+
+
+def own_gap(pitch, curvature=13.3):
+    """Least distance of the axis of a helix from itself about a turn later, less two radii."""
+    twist = pitch * curvature**2 / (2.0 * np.pi)
+    bend = np.sqrt(curvature**2 - twist**2)
+    size, rise = bend / curvature**2, twist / curvature**2
+    angles = np.linspace(1.5 * np.pi, 2.3 * np.pi, 20001)
+    d = np.hypot(2.0 * size * np.sin(0.5 * angles), rise * angles)
+    return d.min() - 2.0 * R2
+
+
+def test_a_rod_touches_itself_a_turn_later_and_not_its_neighbours():
+    apart = Simulation(scene_of(helix(0.0415)))
+    assert apart.contacts() == ()
+    touching = Simulation(scene_of(helix(0.038)))
+    found = touching.contacts()
+    assert len(found) > 10
+    assert min(abs(contact.s - contact.s_there) for contact in found) > 0.4
+    middle = [c for c in found if 0.01 < c.s < touching.compiled.scene.bodies[1].length - 0.01]
+    own = own_gap(0.038)
+    assert own < -1e-3
+    assert min(c.gap for c in middle) == pytest.approx(own, rel=1e-2)
+
+
+def test_self_contact_pushes_nothing_but_the_rod_itself():
+    document = helix(0.038)
+    alone = {key: value for key, value in document.items() if key not in ("pairs", "contact")}
+    with_it, without = Dynamics(scene_of(document)), Dynamics(scene_of(alone))
+    rng = np.random.default_rng(4)
+    q = np.concatenate([0.3 * rng.normal(size=6), 1e-3 * rng.normal(size=with_it.n - 6)])
+    v, zero = 0.1 * rng.normal(size=with_it.n), np.zeros(with_it.n)
+    with_it._data.touch.mode[0] = 0.01
+    force = with_it.inverse_dynamics(q, v, zero) - without.inverse_dynamics(q, v, zero)
+    assert np.abs(force[6:]).max() > 1.0
+    assert np.abs(force[:6]).max() < 1e-12

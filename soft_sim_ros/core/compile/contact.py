@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_sim_ros.core.algebra import se3
-from soft_sim_ros.core.contact import force  # noqa: F401 - it offers its units
+from soft_sim_ros.core.contact import balance, force  # noqa: F401 - they offer their units
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model import contact as columns
 from soft_sim_ros.core.model.contact import SLOTS, Contact, no_contact
@@ -337,4 +337,5 @@ def _refuse_thick(scene: Scene, found: list[Station], law: Floats, group: list[i
                     f"more than the radius of what is inside: {station.body} has "
                     f"{station.radius:g} m at s = {station.s:g} m, {shape.name} has {room:g} m"
                 )
-                raise SceneError(scene.file, f"environment[{at}].{shape.kind}", shape.name, expected)
+                key = f"environment[{at}].{shape.kind}"
+                raise SceneError(scene.file, key, shape.name, expected)

@@ -24,6 +24,7 @@ from .chain import Chain
 from .contact import BRISTLE, DEFAULT, ONSET, body_contact, softness
 
 SPACING = 0.25  # of stations along a rod or a capsule, over its radius
+MOST = 100_000  # stations on a piece of a body
 SLOPE = 1e-6  # of a section: over which slopes of its radius are taken
 
 
@@ -193,7 +194,7 @@ def cells_of(scene: Scene, chain: Chain, name: str) -> list[Cell]:
     if isinstance(body, Rod):
         return _of_rod(scene, chain, body)
     assert isinstance(body, RigidBody) and body.shape is not None
-    return [_of_solid(chain, body)]
+    return [_of_solid(scene, chain, body)]
 
 
 def _of_shape(chain: Chain, shape: Shape) -> Cell:
@@ -218,7 +219,7 @@ def _of_shape(chain: Chain, shape: Shape) -> Cell:
     )
 
 
-def _of_solid(chain: Chain, body: RigidBody) -> Cell:
+def _of_solid(scene: Scene, chain: Chain, body: RigidBody) -> Cell:
     node, solid = chain.frames[body.name], body.shape
     assert solid is not None
     arc, r = chain.behind[node], solid.radius
@@ -247,7 +248,7 @@ def _of_solid(chain: Chain, body: RigidBody) -> Cell:
     if single:
         places = [(0.0, 1.0)]
     else:
-        count = int(np.ceil(length / (SPACING * r)))
+        count = _count(scene, body.name, length, r)
         places = [((i + 0.5) / count, length / count) for i in range(count)]
         places = [(0.0, r), *places, (1.0, r)]
     rows = [
@@ -282,7 +283,7 @@ def _of_rod(scene: Scene, chain: Chain, rod: Rod) -> list[Cell]:
         r0, r1 = _radius(scene, rod, section, begin), _radius(scene, rod, section, end)
         last = i == len(pieces) - 1 and k + 1 in chain.tips
         free = int(i == 0), int(i == len(pieces) - 1)
-        count = int(np.ceil(length / (SPACING * 0.5 * (r0 + r1))))
+        count = _count(scene, rod.name, length, 0.5 * (r0 + r1))
         places = [((j + 0.5) / count, length / count) for j in range(count)]
         if i == 0 and begins:
             places.insert(0, (0.0, r0))
@@ -294,10 +295,9 @@ def _of_rod(scene: Scene, chain: Chain, rod: Rod) -> list[Cell]:
             w1, w2 = t * t * (3.0 - 2.0 * t), (1.0 - t)
             o1, o2 = length * t * w2 * w2, -length * t * t * w2
             own = _hermite(taper, t)
-            rows.append(
-                (before + begin + t * length, 1.0 - w1, w1, w2, t)
-                + (o1, 0.0, 0.0, o2, 0.0, 0.0, own, share)
-            )
+            arms = (o1, 0.0, 0.0, o2, 0.0, 0.0)
+            arc = before + begin + t * length
+            rows.append((arc, 1.0 - w1, w1, w2, t, *arms, own, share))
         cells.append(
             Cell(
                 (segment.origin, k + 1),
@@ -313,6 +313,25 @@ def _of_rod(scene: Scene, chain: Chain, rod: Rod) -> list[Cell]:
             )
         )
     return cells
+
+
+def _count(scene: Scene, name: str, length: float, radius: float) -> int:
+    """Return how many stations there are on a length in m of a body.
+
+    Raises
+    ------
+    SceneError
+        if there are too many
+    """
+    count = length / (SPACING * radius) if radius > 0.0 else np.inf
+    if not count <= MOST:
+        i = [body.name for body in scene.bodies].index(name)
+        expected = (
+            f"a thicker or shorter body: of {length:g} m with a radius of {radius:g} m, it would "
+            f"touch others at {count:.3g} stations, at most {MOST} are allowed"
+        )
+        raise SceneError(scene.file, f"bodies[{i}]", name, expected)
+    return max(1, int(np.ceil(count)))
 
 
 def _begins_free(chain: Chain, node: int) -> bool:
@@ -430,7 +449,7 @@ def _of_materials(
 
 
 def cells_by_name(scene: Scene, chain: Chain) -> list[tuple[str, float]]:
-    """Return of every cell of ``flat_pairs`` its body, and the arc length in m where that begins."""
+    """Return of every cell of ``flat_pairs`` its body, and the arc length at its begin in m."""
     found = []
     for name in dict.fromkeys(name for pair in asked_pairs(scene) for name in pair.bodies):
         begins = chain.behind[chain.rods[name].first_node] if name in chain.rods else 0.0

@@ -175,7 +175,8 @@ def _of_other_materials(scene: Scene, like: Compiled) -> Compiled:
     chain = build_chain(scene, SameShape(like.chain))
     fibres = like.model.fibres if same_laws(scene, like.scene) else None
     changed = of_materials(chain, like.model.seg_block, fibres)
-    model = like.model._replace(**changed, contact=flat_contact(scene, chain), pairs=flat_pairs(scene, chain))
+    touching = {"contact": flat_contact(scene, chain), "pairs": flat_pairs(scene, chain)}
+    model = like.model._replace(**changed, **touching)
     return replace(like, scene=scene, chain=chain, model=model)
 
 

@@ -35,6 +35,7 @@ from .meeting import (
     other_side,
     pair_energy,
     pair_wrenches,
+    settle_bristles,
     station_axis,
 )
 from .places import (
@@ -417,4 +418,5 @@ offer(
     (pair_wrenches, ()),
     (pair_matrices, lambda model: ((1.0, 1.0, 1.0), new_system(model))),
     (pair_energy, ()),
+    (settle_bristles, ()),
 )

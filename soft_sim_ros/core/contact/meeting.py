@@ -28,7 +28,6 @@ from soft_sim_ros.core.model.contact import (
     PRESENT,
     SPAN,
     STATIC,
-    TANGENT,
     TIME,
     WIDE,
 )
@@ -211,8 +210,6 @@ def press(model, data, g, e, kin):
                 pull = along(n, weighed(law[ACROSS], axis, grip))
             total = sub(total, pull)
             touch.power[0] += dot(grip, w)
-            if span > 0.0:
-                touch.power[0] -= law[TANGENT] * share * dot(u, sub(u, start)) / span
             seen = 3.0 if sticks else 2.0
         if factor == 0.0:
             seen += 3.0
@@ -268,8 +265,6 @@ def relax_free(model, data):
                 left = ZERO
             store_vec(touch.after[row, k], left)
             touch.after[row, k, CODE] = code - code % 2.0 if dot(left, left) > 0.0 else 0.0
-            kappa = law[TANGENT] * pairs.share[q]
-            touch.power[0] += kappa * dot(left, sub(u, left)) / span
 
 
 @unit
@@ -302,7 +297,7 @@ def pair_wrenches(model, data):
 
 @unit
 def pair_energy(model, data):
-    """Return the energy in J that bodies and bristles between them store, at the last ``place``."""
+    """Return the energy in J that bodies store where they touch, at the last ``place``."""
     pairs, touch, meet = model.pairs, data.touch, data.meet
     total = 0.0
     if touch.mode[PRESENT] == 0.0:
@@ -315,14 +310,6 @@ def pair_energy(model, data):
         q, e = meet.hit[i, 0], meet.hit[i, 1]
         law = pairs.law[pairs.group[pairs.cell[q]], pairs.group[e]]
         total += elastic(law, pairs.share[q], pairs.radius[q], -meet.report[i, GAP])[2]
-    for q in range(len(pairs.cell)):
-        row = len(model.contact.node) + q
-        for k in range(pairs.slots[0]):
-            home = home_of(touch.bristle[0, row, k, CODE])
-            if home >= 0:
-                u = load_vec(touch.bristle[0, row, k])
-                law = pairs.law[pairs.group[pairs.cell[q]], pairs.group[home]]
-                total += 0.5 * law[TANGENT] * pairs.share[q] * dot(u, u)
     return total
 
 
@@ -340,3 +327,21 @@ def pair_reports(model, data, q, v, zero):
     touch.mode[SPAN] = 0.0
     pair_wrenches(model, data)
     touch.mode[SPAN] = span
+
+
+@unit
+def settle_bristles(model, data):
+    """After a step, let bristles be at home where they touch: what slides along takes them along."""
+    pairs, touch, meet = model.pairs, data.touch, data.meet
+    for i in range(meet.count[1]):
+        q, e, slot = meet.hit[i, 0], meet.hit[i, 1], meet.hit[i, 2]
+        if slot < 0:
+            continue
+        bristle = touch.bristle[0, len(model.contact.node) + q, slot]
+        home = home_of(bristle[CODE])
+        if home < 0 or home == e:
+            continue
+        turn = load_mat(data.rotation[pairs.node[home, 0]])
+        u = apply(turn, load_vec(bristle))
+        store_vec(bristle, apply_t(load_mat(data.rotation[pairs.node[e, 0]]), u))
+        bristle[CODE] += 2.0 * (e - home)

@@ -6,7 +6,16 @@ order of the cells, so when that happens changes no bit of what touches.
 
 import math
 
-from soft_sim_ros.core.algebra.dual import add, apply, dot, load_mat, load_vec, scale, store_vec, sub
+from soft_sim_ros.core.algebra.dual import (
+    add,
+    apply,
+    dot,
+    load_mat,
+    load_vec,
+    scale,
+    store_vec,
+    sub,
+)
 from soft_sim_ros.core.backend.jit import kernel, unit
 from soft_sim_ros.core.model.pairs import CURVE, KIN, SOURCE, STICK, TARGET
 

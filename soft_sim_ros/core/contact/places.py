@@ -15,7 +15,6 @@ from soft_sim_ros.core.algebra.dual import (
     dot,
     load_mat,
     load_vec,
-    mscale,
     mul,
     scale,
     sub,

@@ -3,12 +3,19 @@
 Switching times of loads are hit exactly, and steps that fail are tried again in smaller ones.
 """
 
-from soft_sim_ros.core.backend.jit import call_close, call_step, call_uphold, kernel, unit
+from soft_sim_ros.core.backend.jit import (
+    call_close,
+    call_made,
+    call_step,
+    call_uphold,
+    kernel,
+    unit,
+)
 from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.core.terms.forcing import next_switch, switches_at
-from soft_sim_ros.core.terms.touch import BEFORE, SAVED, keep_back, put_back
+from soft_sim_ros.core.terms.touch import BEFORE, SAVED, before_step, keep_back, put_back
 
-from .newton import CONVERGED, TOO_FAR
+from .newton import CONVERGED, MADE, TOO_FAR
 from .problem import (
     ADAPTIVE,
     AFTER_PIECE,
@@ -40,6 +47,33 @@ def too_far(model, before, q):
         if not abs(q[i] - before[i]) * model.weight[i] <= REACH:
             return True
     return False
+
+
+@kernel
+def made_energy(problem, booked):
+    """Return whether the last piece of a step made energy where something touched.
+
+    booked : the ledger before it
+    """
+    touch, ledger, work = problem.data.touch, problem.state.ledger, problem.work
+    worked, lost = ledger[LOAD_WORK] - booked[1], ledger[DISSIPATED] - booked[0]
+    whole = abs(ledger[LOAD_WORK]) + abs(ledger[DISSIPATED])
+    made = call_made(
+        touch.call[4],
+        problem.model,
+        problem.data,
+        problem.held.effort,
+        work.before[Q],
+        work.before[V],
+        before_step(touch),
+        problem.state.q,
+        problem.state.v,
+        touch.bristle[0],
+        worked,
+        lost,
+        whole,
+    )
+    return not made <= 1.0
 
 
 @unit
@@ -74,6 +108,7 @@ def fixed_step(problem, t, h):
         booked = (ledger[DISSIPATED], ledger[LOAD_WORK])
         if touching:
             keep_back(data.touch, BEFORE)
+            data.touch.met[0] = 0
         if uphold != 0:
             call_uphold(uphold, model, data, work, 0.0, q, v)
         until = next_switch(loads, here, h - done)
@@ -87,6 +122,9 @@ def fixed_step(problem, t, h):
             status = call_close(closing, problem, AFTER_PIECE, here + step, step)
         if status == CONVERGED and too_far(model, work.before[Q], q):
             status = TOO_FAR
+        if touching and status == CONVERGED and data.touch.met[0] != 0:
+            if made_energy(problem, booked):
+                status = MADE
         if status == CONVERGED:
             done += step
             if uphold != 0 and call_uphold(uphold, model, data, work, step, q, v):

@@ -37,7 +37,7 @@ from .problem import (
 )
 
 CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR, UNRESOLVED, INVERTED, TOO_FAR = 0, 1, 2, 3, 4, 5, 6
-LAWLESS, TOO_ROUGH, UNBALANCED, UNMET = 7, 8, 9, 10
+LAWLESS, TOO_ROUGH, UNBALANCED, UNMET, MADE = 7, 8, 9, 10, 11
 # In words, for errors.
 REASONS = {
     1: "Newton's method does not converge, even with 1/4096 of the step",
@@ -54,6 +54,8 @@ REASONS = {
     "does not show)",
     10: "a constraint is not met: it asks for more than bodies can do, contradicts another one, or "
     "is made where its frames are apart",
+    11: "a contact makes energy, even with 1/4096 of the step (a smaller step, or a softer or more "
+    "damped contact)",
 }
 # A slower contraction than this triggers new factors.
 SLOW = 0.2

@@ -19,7 +19,7 @@ CODE, WIDE = 3, 4
 # Touch.mode: ∂q̇/∂q̈ of the stage, below zero: no friction; whether there is contact at all
 SPAN, PRESENT = 0, 1
 # Touch.call
-WRENCHES, MATRICES, ENERGY = range(3)
+WRENCHES, MATRICES, ENERGY, BRISTLES, MADE = range(5)
 SLOTS = 2  # shapes whose friction a station can feel at a time
 FAR = 1e30
 STAGES = 6  # of a step, at most
@@ -64,7 +64,8 @@ class Touch(NamedTuple):
     mode: Floats  # (2,) SPAN, PRESENT
     power: Floats  # (1,) dissipated, W, at the last sweep
     pattern: Floats  # (1,) what touches, and how, as one number; 0: nothing
-    call: Ints  # (3,) addresses: WRENCHES, MATRICES, ENERGY
+    met: Ints  # (1,) whether anything touched in a stage since it was set to 0
+    call: Ints  # (5,) addresses: WRENCHES, MATRICES, ENERGY, BRISTLES, MADE
 
 
 def no_contact() -> Contact:
@@ -114,7 +115,8 @@ def new_touch(contact: Contact, more: int = 0, slots: int = 0) -> Touch:
         mode=np.array([-1.0, 1.0][: 2 * some]),
         power=np.zeros(some),
         pattern=np.zeros(some),
-        call=np.zeros(3 * some, dtype=np.int64),
+        met=np.zeros(some, dtype=np.int64),
+        call=np.zeros(5 * some, dtype=np.int64),
     )
 
 

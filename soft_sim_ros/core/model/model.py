@@ -311,7 +311,8 @@ def new_data(model: Model, pushes: int = 0) -> Data:
         closed=new_closed(model.closures),
     )
     if len(model.contact.node):
-        data.touch.call[:] = late.addresses("contact", model, data)
+        data.touch.call[:3] = late.addresses("contact", model, data)
+        data.touch.call[3:] = late.addresses("balance", model, data)
     if len(model.pairs.cell):
         data.meet.call[:] = late.addresses("pairs", model, data)
     data.rotation[0, [0, 4, 8]] = 1.0

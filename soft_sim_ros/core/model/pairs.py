@@ -18,7 +18,7 @@ from .contact import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE
 # Pairs.kind beyond those of shapes (contact.py): a curve between two nodes, a rod with round ends
 CURVE, STICK = 10, 11
 # Meet.call
-MEET, COUPLE, STORED = range(3)
+MEET, COUPLE, STORED, SETTLE = range(4)
 # columns of Meet.report: gap, normal, point, forces on the station, whether it sticks, velocity
 GAP, NORMAL, POINT, PUSH, PULL, STICKS, SLIDE = 0, 1, 4, 7, 8, 11, 12
 REPORTED = 15
@@ -72,7 +72,7 @@ class Meet(NamedTuple):
     spot: Floats  # (H,) where on the cell
     report: Floats  # (H, 15) see GAP …
     taken: Ints  # (Q,) bits of bristles in use
-    call: Ints  # (3,) addresses: MEET, COUPLE, STORED
+    call: Ints  # (4,) addresses: MEET, COUPLE, STORED, SETTLE
 
 
 def no_pairs() -> Pairs:
@@ -123,7 +123,7 @@ def new_meet(pairs: Pairs) -> Meet:
         spot=np.zeros(hits),
         report=np.zeros((hits, REPORTED)),
         taken=np.zeros(stations, dtype=np.int64),
-        call=np.zeros(3 * some, dtype=np.int64),
+        call=np.zeros(4 * some, dtype=np.int64),
     )
 
 
