@@ -185,7 +185,7 @@ def touches(count: int, seed: int = 3) -> list[Touch]:
 
 def judge_touch(case: Touch) -> dict[str, Any]:
     """Run a scene; say whether it made energy, and whether it was refused."""
-    entry = case.as_dict() | {"outcome": "kept", "why": None, "gained_rel": None, "lost_rel": None}
+    entry = case.as_dict() | {"outcome": "kept", "why": None, "gained_rel": None}
     passivity = None
     try:
         simulation = Simulation(case.scene())

@@ -13,13 +13,14 @@ from soft_sim_ros.core.settled import Dynamics
 def crowd():
     """A tapered rod on which another one, a ball, a capsule, a box and a moving wall press."""
     law = dict(LAW)
+    small = {"kind": "sphere", "radius": 0.03, "position": [0.01, 0, 0]}
     box = {"kind": "box", "size": [0.08, 0.06, 0.05], "position": [0.01, 0, 0], "rpy": [0.2, 0, 0]}
     capsule = {"kind": "capsule", "radius": 0.03, "from": [-0.05, 0.01, 0], "to": [0.05, 0, 0]}
     bodies = [
         free("a"), rod("a", [0.03, 0.015]),
         free("b"), rod("b", 0.02),
         free("ball"), solid("ball"),
-        free("other"), solid("other", shape={"kind": "sphere", "radius": 0.03, "position": [0.01, 0, 0]}),
+        free("other"), solid("other", shape=small),
         free("capsule"), solid("capsule", shape=capsule),
         free("box"), solid("box", shape=box),
         {"joint": "slide", "kind": "prismatic", "axis": [0, 0, 1], "parent": "base"},
@@ -57,7 +58,7 @@ def pressed():
 
 def kinds_that_touch(dynamics):
     meet, pairs = dynamics._data.meet, dynamics.model.pairs
-    hits = meet.hit[: meet.count[1]]
+    hits = meet.hit[: meet.counts[1]]
     return {(int(pairs.kind[pairs.cell[q]]), int(pairs.kind[e])) for q, e, _ in hits}
 
 

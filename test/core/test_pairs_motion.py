@@ -155,7 +155,8 @@ def test_a_mass_on_a_spring_sticks_and_slips_on_a_belt():
     mass, k, speed = 0.5, 60.0, 0.1
     joints = [
         belt(speed),
-        {"joint": "along", "kind": "prismatic", "axis": [1, 0, 0], "stiffness": k, "parent": "base"},
+        {"joint": "along", "kind": "prismatic", "axis": [1, 0, 0], "stiffness": k,
+         "parent": "base"},
         {"joint": "up", "kind": "prismatic", "axis": [0, 0, 1]},
     ]  # fmt: skip
     depth = np.sqrt(2.0 * 5e-4 * mass * G / (1e6 * 0.05))

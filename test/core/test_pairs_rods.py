@@ -44,7 +44,7 @@ def own_sag(length, force):
     ea, ei, weight = YOUNG * area, YOUNG * 0.25 * np.pi * R**4, 1100.0 * area * G
 
     def slopes(s, y):
-        x, z, angle, bend, h, v = y
+        angle, bend, h, v = y[2:]
         c, d = np.cos(angle), np.sin(angle)
         stretch = 1.0 + (h * c + v * d) / ea
         along, up = stretch * c, stretch * d

@@ -150,7 +150,7 @@ def _refuse_without(scene: Scene) -> None:
     """Refuse keys that have no effect where nothing can be touched."""
     if scene.contact != ContactLaw():
         raise SceneError(
-            scene.file, "contact", "(a mapping)", "an environment: nothing can be touched"
+            scene.file, "contact", "(a mapping)", "an environment or pairs: nothing can be touched"
         )
 
 

@@ -175,8 +175,8 @@ def _of_other_materials(scene: Scene, like: Compiled) -> Compiled:
     chain = build_chain(scene, SameShape(like.chain))
     fibres = like.model.fibres if same_laws(scene, like.scene) else None
     changed = of_materials(chain, like.model.seg_block, fibres)
-    touching = {"contact": flat_contact(scene, chain), "pairs": flat_pairs(scene, chain)}
-    model = like.model._replace(**changed, **touching)
+    contact, pairs = flat_contact(scene, chain), flat_pairs(scene, chain)
+    model = like.model._replace(**changed, contact=contact, pairs=pairs)
     return replace(like, scene=scene, chain=chain, model=model)
 
 

@@ -19,7 +19,7 @@ from soft_sim_ros.core.model.contact import CODE, TANGENT
 from soft_sim_ros.core.recursion.output import energies
 from soft_sim_ros.core.terms.actuators import port_motion
 
-SHARE = 5e-4  # of the energy that a step turns over
+SHARE = 2e-4  # of the energy that a step turns over
 # of the energy that is there and has been turned over so far: no step is cut for less
 TRIFLE = 1e-7
 

@@ -20,7 +20,7 @@ from soft_sim_ros.core.algebra.dual import (
     store_vec,
     sub,
 )
-from soft_sim_ros.core.backend.jit import bare, kernel, unit
+from soft_sim_ros.core.backend.jit import kernel, unit
 from soft_sim_ros.core.model.contact import (
     ACROSS,
     CODE,
@@ -45,9 +45,8 @@ from soft_sim_ros.core.model.pairs import (
     STICKS,
     TARGET,
 )
-from soft_sim_ros.core.recursion.rnea import kinematics, place, strains
 
-from .law import along, bristle, elastic, gripped, pushed, weighed
+from .law import along, bristle, gripped, pushed, weighed
 from .nearby import MANY, clear_of, look_for_near, put_in_balls
 from .places import cubic, gap_of, pair_motion, station_place
 
@@ -72,9 +71,9 @@ def pair_slot(model, touch, row, e, taken):
     best, found = 1 << 40, -1
     for k in range(model.pairs.slots[0]):
         home = home_of(touch.start[row, k, CODE])
-        if home >= 0 and (taken >> k) & 1 == 0 and body[home] == body[e]:
-            if abs(home - e) < best:
-                best, found = abs(home - e), k
+        ours = home >= 0 and (taken >> k) & 1 == 0 and body[home] == body[e]
+        if ours and abs(home - e) < best:
+            best, found = abs(home - e), k
     if found >= 0:
         return found
     for k in range(model.pairs.slots[0]):
@@ -167,11 +166,11 @@ def press(model, data, g, e, kin):
             arc = pairs.reach[e, 0] + t * (pairs.reach[e, 1] - pairs.reach[e, 0])
             if abs(pairs.arc[q] - arc) < NEIGHBOUR * (size - gap):
                 continue
-        hit = meet.count[1]
+        hit = meet.counts[1]
         if hit == len(meet.hit):  # no step is accepted with it
             data.wrench[0, 0] = data.wrench[pairs.node[g, 0], 0] = math.nan
             return
-        meet.count[1] = hit + 1
+        meet.counts[1] = hit + 1
         one, two = pairs.node[g, 0], pairs.node[g, 1]
         w1, w2, a1, a2 = load_four(pairs.weight[q])
         b1, _, u1, s1 = pair_motion(w1, a1, load_vec(pairs.arm[q]), data, one)
@@ -274,74 +273,22 @@ def pair_wrenches(model, data):
     To be called after ``contact_wrenches``, whose power and pattern it adds to.
     """
     pairs, touch, meet = model.pairs, data.touch, data.meet
-    meet.count[1] = 0
+    meet.counts[1] = 0
     if touch.mode[PRESENT] == 0.0:
         return
     for q in range(len(pairs.cell)):
         meet.taken[q] = 0
     if put_in_balls(model, data):
         look_for_near(model, data)
-    if meet.count[0] == MANY:
+    if meet.counts[0] == MANY:
         for k in range(len(pairs.pair)):
             one, two = pairs.pair[k, SOURCE], pairs.pair[k, TARGET]
             for g in range(pairs.first[one], pairs.first[one + 1]):
                 for e in range(pairs.first[two], pairs.first[two + 1]):
                     if g != e and not clear_of(meet.ball, g, e, 0.0):
                         press(model, data, g, e, pairs.pair[k, KIN])
-    for i in range(meet.count[0]):
+    for i in range(meet.counts[0]):
         g, e = meet.near[i, 0], meet.near[i, 1]
         if not clear_of(meet.ball, g, e, 0.0):
             press(model, data, g, e, meet.near[i, 2])
     relax_free(model, data)
-
-
-@unit
-def pair_energy(model, data):
-    """Return the energy in J that bodies store where they touch, at the last ``place``."""
-    pairs, touch, meet = model.pairs, data.touch, data.meet
-    total = 0.0
-    if touch.mode[PRESENT] == 0.0:
-        return total
-    span, power, pattern = touch.mode[SPAN], touch.power[0], touch.pattern[0]
-    touch.mode[SPAN] = -1.0
-    pair_wrenches(model, data)
-    touch.mode[SPAN], touch.power[0], touch.pattern[0] = span, power, pattern
-    for i in range(meet.count[1]):
-        q, e = meet.hit[i, 0], meet.hit[i, 1]
-        law = pairs.law[pairs.group[pairs.cell[q]], pairs.group[e]]
-        total += elastic(law, pairs.share[q], pairs.radius[q], -meet.report[i, GAP])[2]
-    return total
-
-
-@unit
-def pair_reports(model, data, q, v, zero):
-    """Fill Meet.report for the state (q, v) with the bristles of the state in ``data``."""
-    q, v, zero = bare(q), bare(v), bare(zero)
-    strains(model, data, q, v, zero)
-    kinematics(model, data)
-    place(model, data)
-    touch = data.touch
-    span = touch.mode[SPAN]
-    for row in range(len(model.contact.node), len(touch.start)):
-        touch.start[row] = touch.bristle[0, row]
-    touch.mode[SPAN] = 0.0
-    pair_wrenches(model, data)
-    touch.mode[SPAN] = span
-
-
-@unit
-def settle_bristles(model, data):
-    """After a step, let bristles be at home where they touch: what slides along takes them along."""
-    pairs, touch, meet = model.pairs, data.touch, data.meet
-    for i in range(meet.count[1]):
-        q, e, slot = meet.hit[i, 0], meet.hit[i, 1], meet.hit[i, 2]
-        if slot < 0:
-            continue
-        bristle = touch.bristle[0, len(model.contact.node) + q, slot]
-        home = home_of(bristle[CODE])
-        if home < 0 or home == e:
-            continue
-        turn = load_mat(data.rotation[pairs.node[home, 0]])
-        u = apply(turn, load_vec(bristle))
-        store_vec(bristle, apply_t(load_mat(data.rotation[pairs.node[e, 0]]), u))
-        bristle[CODE] += 2.0 * (e - home)

@@ -22,7 +22,7 @@ from soft_sim_ros.core.model.pairs import CURVE, KIN, SOURCE, STICK, TARGET
 from .places import stick_ends
 
 STRETCH = 0.15  # of the length of a cell: how far its curve may leave the ball about its ends
-UNKNOWN, MANY = -1, -2  # Meet.count[0]
+UNKNOWN, MANY = -1, -2  # Meet.counts[0]
 
 
 @unit
@@ -30,7 +30,7 @@ def put_in_balls(model, data):
     """Fill Meet.ball; return whether cells have moved so that those near must be looked for."""
     pairs, meet = model.pairs, data.meet
     most = 0.25 * pairs.margin[0] * pairs.margin[0]
-    moved = meet.count[0] == UNKNOWN
+    moved = meet.counts[0] == UNKNOWN
     for c in range(len(pairs.kind)):
         one, radius = pairs.node[c, 0], pairs.bound[c]
         if pairs.kind[c] == CURVE:
@@ -100,9 +100,9 @@ def look_for_near(model, data):
                 if g == e or clear_of(meet.ball, g, e, margin):
                     continue
                 if found == len(meet.near):
-                    meet.count[0] = MANY
+                    meet.counts[0] = MANY
                     return
                 meet.near[found, 0], meet.near[found, 1] = g, e
                 meet.near[found, 2] = pairs.pair[k, KIN]
                 found += 1
-    meet.count[0] = found
+    meet.counts[0] = found

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from soft_sim_ros.core.compile.cells import moving_shapes
 from soft_sim_ros.core.compile.contact import Station, fixed_shapes, stations
-from soft_sim_ros.core.compile.pairs import cells_by_name, moving_shapes
+from soft_sim_ros.core.compile.pairs import cells_by_name
 from soft_sim_ros.core.compile.scene import Compiled
 from soft_sim_ros.core.contact import rows as columns
-from soft_sim_ros.core.contact.meeting import pair_reports
 from soft_sim_ros.core.contact.rows import COLUMNS, contact_rows
+from soft_sim_ros.core.contact.settling import pair_reports
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model import pairs as reported
 from soft_sim_ros.core.model.model import new_data
@@ -117,7 +118,7 @@ class ContactReader:
         pair_reports(self._model, self._data, q, v, self._zero)
         turn, origin = self._compiled.base[:3, :3], self._compiled.base[:3, 3]
         found = []
-        for i in range(int(meet.count[1])):
+        for i in range(int(meet.counts[1])):
             station, cell = meet.hit[i, :2].tolist()
             row = meet.report[i]
             normal, point, pull, slide = (

@@ -67,7 +67,7 @@ class Meet(NamedTuple):
     ball: Floats  # (T, 4) centre and radius of a ball that holds a cell
     seen: Floats  # (T, 3) centres when cells that are near were looked for
     near: Ints  # (N, 3) cells that press and are pressed upon; whether they are of one rod
-    count: Ints  # (3,) of them (−1: not looked for; −2: too many), hits, bristles in use
+    counts: Ints  # (3,) of them (−1: not looked for; −2: too many), hits, bristles in use
     hit: Ints  # (H, 3) station, cell, bristle (−1: none)
     spot: Floats  # (H,) where on the cell
     report: Floats  # (H, 15) see GAP …
@@ -118,7 +118,7 @@ def new_meet(pairs: Pairs) -> Meet:
         ball=np.zeros((cells, 4)),
         seen=np.zeros((cells, 3)),
         near=np.zeros((NEIGHBOURS * cells + 64 * some, 3), dtype=np.int64),
-        count=np.array([-1, 0, 0][: 3 * some], dtype=np.int64),
+        counts=np.array([-1, 0, 0][: 3 * some], dtype=np.int64),
         hit=np.zeros((hits, 3), dtype=np.int64),
         spot=np.zeros(hits),
         report=np.zeros((hits, REPORTED)),
@@ -145,5 +145,3 @@ def pairs_within(pairs: Pairs, space: Space) -> Pairs | None:
     if (aligned & ~straight).any() or ((pairs.kind == PLANE) & (turned[:, 2] > 1e-12)).any():
         return None
     return pairs._replace(components=np.array(space.components, dtype=np.int64))
-
-

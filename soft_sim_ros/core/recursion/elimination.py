@@ -64,8 +64,8 @@ class System(NamedTuple):
     small_x: Floats  # (R,)
     small_pivot: Ints  # (R,)
     tied: Ints  # (1,) columns in use: those of actuators, then those of bodies that touch
-    # (S + 1, 2w, W) J and variation of the twist of every node by its own block's coordinates, where
-    # bodies touch one another
+    # (S + 1, 2w, W) J and variation of the twist of every node by the coordinates of its block,
+    # where bodies touch one another
     inner: Floats
     # of constraints (closing.py), of C rows on F sites
     close_reach: Floats  # (6F, n) K⁻¹ Jᵀ
