@@ -42,12 +42,15 @@ class Shot:
     efforts : of actuators by name; all others are zero
     view : elevation and azimuth in degrees
     page : of docs/, beside which its folder is
+    wave : period in s and length over that of the arm of a wave along the actuators, if efforts are
+        its amplitudes
     """
 
     times: tuple[float, ...]
     efforts: dict[str, float]
     view: tuple[float, float]
     page: str = "forest"
+    wave: tuple[float, float] | None = None
 
 
 SHOTS = {
@@ -71,6 +74,15 @@ SHOTS = {
     "swimmer": Shot((0.0, 5.0, 8.0), {"steer": 0.01}, (58.0, -84.0), "fluid"),
     "table": Shot((0.0, 1.0), {"left": 25.0}, (24.0, -60.0), "contact"),
     "corner": Shot((0.0, 1.0), {"left": 20.0}, (24.0, -50.0), "contact"),
+    "grasp": Shot(
+        (0.0, 1.0, 2.2),
+        {"first_flexor": 10.0, "second_flexor": 10.0, "third_flexor": 10.0},
+        (12.0, -60.0),
+        "contact",
+    ),
+    "snake": Shot(
+        (0.0, 2.25, 4.5), {f"m{i}": 0.15 for i in range(6)}, (40.0, -80.0), "contact", (1.0, 1.0)
+    ),
 }  # fmt: skip
 
 
@@ -169,6 +181,14 @@ def surroundings(scene: Scene, points: Array) -> list[Array]:
     return made
 
 
+def waved(wave: tuple[float, float], amplitudes: list[float], time: float) -> list[float]:
+    """Return the efforts of a wave that travels along the actuators; it sets in within half a s."""
+    period, length = wave
+    places = (np.arange(len(amplitudes)) + 0.5) / len(amplitudes)
+    phase = 2.0 * np.pi * (time / period - places / length)
+    return (min(1.0, 2.0 * time) * np.array(amplitudes) * np.sin(phase)).tolist()
+
+
 def draw(name: str) -> Figure:
     """Return the picture of a scene."""
     shot, simulation = SHOTS[name], Simulation(load_scene(name))
@@ -182,8 +202,12 @@ def draw(name: str) -> Figure:
     step, done = simulation.scene.numerics.step, 0
     faces, colours, strokes, inks, widths = [], [], [], [], []
     for number, time in enumerate(shot.times, 1):
-        simulation.advance(round(time / step) - done)
-        done = round(time / step)
+        while done < round(time / step):
+            made = 5 if shot.wave else round(time / step) - done
+            if shot.wave:
+                simulation.set_efforts(waved(shot.wave, efforts, done * step))
+            simulation.advance(made)
+            done += made
         scenery.draw(canvases)
         share = (0.35 + 0.65 * number / len(shot.times)) if number < len(shot.times) else 1.0
         for shape, canvas in zip(own, canvases, strict=True):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from meeting import LAW, free, rod, scene
+from meeting import LAW, free, rod, scene, solid
 from scenes import scene_of
 from scipy.integrate import quad, solve_bvp
 from scipy.optimize import brentq
@@ -135,3 +135,70 @@ def test_self_contact_pushes_nothing_but_the_rod_itself():
     force = with_it.inverse_dynamics(q, v, zero) - without.inverse_dynamics(q, v, zero)
     assert np.abs(force[6:]).max() > 1.0
     assert np.abs(force[:6]).max() < 1e-12
+
+
+def forces(document):
+    """Resultants in the reference shape at rest, and how many places touch."""
+    dynamics = Dynamics(scene_of(document))
+    q = np.zeros(dynamics.n)
+    for name, x in dynamics.compiled.scene.initial.positions.items():
+        q[dynamics.compiled.chain.columns(name)] = x
+    found = ContactReader(dynamics.compiled).near(q, np.zeros(dynamics.n))
+    return resultants(found), len(found)
+
+
+@pytest.mark.parametrize("angle", [0.5 * np.pi, np.pi / 6])
+@pytest.mark.parametrize("radii", [(0.02, 0.02), (0.01, 0.03)])
+def test_crossed_cylinders_touch_with_the_integral_of_the_law(angle, radii):
+    """4/3 k √(2 (r₁ + r₂)) φ^1.5/sin α: at right angles π/2 times Hertz's, if they are alike."""
+    depth = 0.1 * min(radii)
+    at = {
+        "a": [0] * 6,
+        "b": [0, 0, angle, 0.15 - 0.15 * np.cos(angle), -0.15 * np.sin(angle), sum(radii) - depth],
+    }
+    law = {"stiffness": 1e5, "onset": 0.0, "friction": 0.0}
+    document = scene(
+        [free("a"), rod("a", radii[0]), free("b"), rod("b", radii[1])],
+        [{"bodies": ["a", "b"], "overlap": True}], at, contact=law,
+        numerics={"basis": {"order": 1, "nodes": 4}},
+    )  # fmt: skip
+    found, places = forces(document)
+    own = 4.0 / 3.0 * 1e5 * np.sqrt(2.0 * sum(radii)) * depth**1.5 / np.sin(angle)
+    assert places > 3
+    assert found["b", "a"][5] == pytest.approx(own, rel=0.03)
+    if radii[0] == radii[1] and angle > 1.5:
+        modulus = 1e5 / (0.25 * np.pi)  # of which the law is Hertz's for parallel ones
+        hertz = 4.0 / 3.0 * modulus * np.sqrt(radii[0]) * depth**1.5
+        assert found["b", "a"][5] == pytest.approx(0.5 * np.pi * hertz, rel=0.03)
+
+
+def test_parallel_rods_touch_with_the_law_per_length():
+    depth = 1e-3
+    at = {"a": [0] * 6, "b": [0, 0, 0, 0.1, 0, 0.04 - depth]}
+    document = scene(
+        [free("a"), rod("a"), free("b"), rod("b")], [{"bodies": ["a", "b"], "overlap": True}], at,
+        contact={"stiffness": 1e5, "onset": 0.0, "friction": 0.0},
+        numerics={"basis": {"order": 1, "nodes": 4}},
+    )  # fmt: skip
+    found, _ = forces(document)
+    # 0.2 m side by side, and the round ends of both
+    assert found["b", "a"][5] == pytest.approx(1e5 * depth * 0.2, rel=0.1)
+    assert found["b", "a"][5] > 1e5 * depth * 0.2
+
+
+@pytest.mark.parametrize(("radius", "curved"), [(0.03, 1 / 0.05 + 1 / 0.03), (None, 1 / 0.05)])
+def test_balls_touch_as_hertz_says(radius, curved):
+    """Two balls, and a ball on a box."""
+    other = {"kind": "sphere", "radius": radius} if radius else {"kind": "box", "size": [0.2] * 3}
+    depth, size = 1e-4, radius or 0.1
+    contact = {"contact": {"material": "soft"}}
+    document = scene(
+        [free("a"), solid("a", **contact), free("b"), solid("b", shape=other, **contact)],
+        [{"bodies": ["a", "b"], "overlap": True}],
+        {"a": [0] * 6, "b": [0, 0, 0, 0, 0, 0.05 + size - depth]},
+    )  # fmt: skip
+    found, places = forces(document)
+    modulus = 1e6 / (2.0 * (1.0 - 0.45**2))
+    own = 4.0 / 3.0 * modulus * depth**1.5 / np.sqrt(curved)
+    assert places == 1
+    assert found["b", "a"][5] == pytest.approx(own, rel=1e-10)
