@@ -291,4 +291,5 @@ def pair_wrenches(model, data):
         g, e = meet.near[i, 0], meet.near[i, 1]
         if not clear_of(meet.ball, g, e, 0.0):
             press(model, data, g, e, meet.near[i, 2])
-    relax_free(model, data)
+    if touch.alive[0] != 0 or meet.counts[1] > 0:
+        relax_free(model, data)

@@ -146,8 +146,6 @@ def next_step(problem, anchor, h):
         length = size
         if until < 2.0 * size:  # avoids a tiny step before a switch
             length = until if until <= size * (1.0 + 1e-9) else 0.5 * until
-        if len(model.contact.node) > 0:
-            data.touch.met[0] = 0
         status, error = attempt(problem, here, length, first)
         if status == CONVERGED and closing != 0 and error <= 1.0:
             status = call_close(closing, problem, AFTER_TRIAL, here + length, length)
@@ -157,12 +155,11 @@ def next_step(problem, anchor, h):
                 work.a[i] = 0.0  # those of a failed Newton iteration are no first guess
             work.counters[REJECTED] += 1
             continue
-        if len(model.contact.node) > 0 and error <= 1.0 and data.touch.met[0] != 0:
-            if made_energy(problem):
-                status = MADE
-                size = 0.5 * length
-                work.counters[REJECTED] += 1
-                continue
+        if len(model.contact.node) > 0 and error <= 1.0 and made_energy(problem):
+            status = MADE
+            size = 0.5 * length
+            work.counters[REJECTED] += 1
+            continue
         # of order k + 1 in the length, k the order of the embedded method
         k = 1.0 / method.order
         if not error <= 1.0:
@@ -208,7 +205,7 @@ def next_step(problem, anchor, h):
 
 @kernel
 def made_energy(problem):
-    """Return whether the step just tried makes energy where something touches."""
+    """Return whether the step just tried makes energy, in a scene with contact."""
     touch, booked, work = problem.data.touch, problem.work.booked, problem.work
     worked = booked[TRIAL, LOAD_WORK] - booked[END, LOAD_WORK]
     lost = booked[TRIAL, DISSIPATED] - booked[END, DISSIPATED]

@@ -92,6 +92,7 @@ def fixed_step(problem, t, h):
     touching = len(model.contact.node) > 0
     if touching:
         keep_back(data.touch, SAVED)
+        data.touch.met[0] = 0
     done, size, halvings, pieces = 0.0, h, 0, 0
     while done < h * (1.0 - 1e-9):
         pieces += 1
@@ -108,7 +109,6 @@ def fixed_step(problem, t, h):
         booked = (ledger[DISSIPATED], ledger[LOAD_WORK])
         if touching:
             keep_back(data.touch, BEFORE)
-            data.touch.met[0] = 0
         if uphold != 0:
             call_uphold(uphold, model, data, work, 0.0, q, v)
         until = next_switch(loads, here, h - done)
