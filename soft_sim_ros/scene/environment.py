@@ -16,6 +16,7 @@ from soft_sim_ros.scene.taper import Floats
 
 KINDS = ("plane", "sphere", "capsule", "cylinder", "box", "ellipsoid")
 COMMON = ("inside", "contact", "bodies", "overlap", "on")
+BASE = "base"  # as in attachment.py
 HOLLOW = ("sphere", "capsule", "cylinder", "ellipsoid")
 
 
@@ -32,7 +33,8 @@ class Shape:
     law : what it says about contact
     bodies : names of those that can touch it; None: all
     overlap : whether bodies may begin in it
-    on : name of a body that it moves with, at whose end it is placed; None: it is fixed
+    on : name of a body that it moves with, at whose end it is placed, or BASE; None: it is fixed
+        in the world
     """
 
     name: str
@@ -75,7 +77,8 @@ def read_environment(
         kind = reader.one_of(KINDS)
         name = reader.name(kind, taken={shape.name for shape in shapes})
         size, position, axes = _GEOMETRY[kind](reader)
-        on = reader.reference("on", bodies, "body") if reader.has("on") else None
+        places = (BASE, *bodies)
+        on = reader.reference("on", places, "body") if reader.has("on") else None
         named = reader.references("bodies", bodies, "body") if reader.has("bodies") else None
         if reader.has("inside") and kind not in HOLLOW:
             reader.no_effect("inside", f"a {kind} has no inside to be in")

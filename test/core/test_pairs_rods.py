@@ -133,7 +133,7 @@ def test_self_contact_pushes_nothing_but_the_rod_itself():
     v, zero = 0.1 * rng.normal(size=with_it.n), np.zeros(with_it.n)
     with_it._data.touch.mode[0] = 0.01
     force = with_it.inverse_dynamics(q, v, zero) - without.inverse_dynamics(q, v, zero)
-    assert np.abs(force[6:]).max() > 1.0
+    assert np.abs(force[6:]).max() > 0.1
     assert np.abs(force[:6]).max() < 1e-12
 
 
@@ -202,3 +202,20 @@ def test_balls_touch_as_hertz_says(radius, curved):
     own = 4.0 / 3.0 * modulus * depth**1.5 / np.sqrt(curved)
     assert places == 1
     assert found["b", "a"][5] == pytest.approx(own, rel=1e-10)
+
+
+def test_a_wire_between_two_nodes_is_felt_if_it_is_on_the_base():
+    """Stations of shapes on bodies, or on the base, are a quarter of a radius apart."""
+    wire = {"capsule": "wire", "from": [0.1, -0.2, 0], "to": [0.1, 0.2, 0], "radius": 1e-3}
+    wire |= {"overlap": True}
+    for own, touches in (({}, False), ({"on": "base"}, True)):
+        document = scene(
+            [free("a"), rod("a", 2e-3)], [], {"a": [0, 0, 0, 0, 0, 2.9e-3]},
+            contact={"stiffness": 1e6}, environment=[wire | own],
+            numerics={"basis": {"order": 1, "nodes": 5}},
+        )  # fmt: skip
+        del document["pairs"]
+        found, _ = forces(document)
+        assert bool(found) == touches
+    assert found["a", "wire"][5] > 0.01
+    assert np.abs(found["a", "wire"][3:5]).max() < 1e-9 * found["a", "wire"][5]

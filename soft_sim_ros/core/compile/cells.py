@@ -12,7 +12,7 @@ import numpy as np
 from soft_sim_ros.core.model import contact as columns
 from soft_sim_ros.core.model.pairs import CURVE, STICK
 from soft_sim_ros.errors import SceneError
-from soft_sim_ros.scene import RigidBody, Rod, Scene, Section, Shape
+from soft_sim_ros.scene import BASE, RigidBody, Rod, Scene, Section, Shape
 from soft_sim_ros.scene.cross_section import Annulus, Circle
 from soft_sim_ros.scene.environment import KINDS
 
@@ -75,7 +75,7 @@ def cells_of(scene: Scene, chain: Chain, name: str) -> list[Cell]:
 
 def _of_shape(chain: Chain, shape: Shape) -> Cell:
     assert shape.on is not None
-    node = chain.frames[shape.on] if shape.on in chain.frames else chain.ends[shape.on]
+    node = 0 if shape.on == BASE else chain.frames.get(shape.on, chain.ends.get(shape.on, 0))
     size = shape.size.tolist()
     bound = float(np.linalg.norm(shape.size))
     if shape.kind == "plane" or shape.inside:
