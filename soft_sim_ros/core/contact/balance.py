@@ -20,8 +20,10 @@ from soft_sim_ros.core.recursion.output import energies
 from soft_sim_ros.core.terms.actuators import port_motion
 
 SHARE = 2e-4  # of the energy that a step turns over
-# of the energy that is there and has been turned over so far: no step is cut for less
+# of the energy that is there, that of the weight included, and has been turned over so far: no
+# step is cut for less
 TRIFLE = 1e-7
+SLOW = 1e-6  # m/s: no velocity is known better
 
 
 @unit
@@ -76,7 +78,13 @@ def energy_made(model, data, effort, q0, v0, old, q1, v1, new, worked, lost, who
     made = more - kinetic + bent - elastic + lifted - weight - put_in + lost
     turned = abs(more - kinetic) + abs(bent - elastic) + abs(lifted - weight)
     turned += abs(put_in) + abs(lost)
-    return made / (SHARE * turned + TRIFLE * (whole + more + bent) + 1e-15 * abs(lifted) + 1e-300)
+    mass = 0.0
+    for k in range(model.inertia.shape[0]):
+        mass += model.inertia[k, 0]
+    # what Newton's method leaves of velocities moves energy too
+    rough = SLOW * (np.sqrt(2.0 * mass * more) + mass * SLOW)
+    small = TRIFLE * (whole + more + bent + abs(put_in) + abs(lifted))
+    return made / (SHARE * turned + small + rough + 1e-300)
 
 
 offer(

@@ -81,6 +81,7 @@ SAFETY, SHRINK, GROW = 0.9, 0.1, 5.0
 REACH = 1.0
 # bounds of a step in grid steps
 SHORTEST, LONGEST = 1e-6, 1e4
+SMALL = 1e-2  # no shorter one is cut because a contact makes energy
 
 
 @unit
@@ -155,7 +156,8 @@ def next_step(problem, anchor, h):
                 work.a[i] = 0.0  # those of a failed Newton iteration are no first guess
             work.counters[REJECTED] += 1
             continue
-        if len(model.contact.node) > 0 and error <= 1.0 and made_energy(problem):
+        worth = len(model.contact.node) > 0 and error <= 1.0 and length > SMALL * h
+        if worth and made_energy(problem):
             status = MADE
             size = 0.5 * length
             work.counters[REJECTED] += 1

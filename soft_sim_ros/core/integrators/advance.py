@@ -35,6 +35,8 @@ from .problem import (
 # that a call always ends.
 HALVINGS = 12
 PIECES = 300
+# and at most this many times because a contact makes energy: it is very little then
+CUTS = 7
 # No piece of a step may move the tip further than this, in arm lengths (or a hinge, in radians):
 # Newton's method then has gone to another solution, or the step is far too long for the motion.
 REACH = 1.0
@@ -122,9 +124,9 @@ def fixed_step(problem, t, h):
             status = call_close(closing, problem, AFTER_PIECE, here + step, step)
         if status == CONVERGED and too_far(model, work.before[Q], q):
             status = TOO_FAR
-        if touching and status == CONVERGED and data.touch.met[0] != 0:
-            if made_energy(problem, booked):
-                status = MADE
+        met = touching and status == CONVERGED and data.touch.met[0] != 0
+        if met and halvings < CUTS and made_energy(problem, booked):
+            status = MADE
         if status == CONVERGED:
             done += step
             if uphold != 0 and call_uphold(uphold, model, data, work, step, q, v):
