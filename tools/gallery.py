@@ -75,8 +75,8 @@ SHOTS = {
     "table": Shot((0.0, 1.0), {"left": 25.0}, (24.0, -60.0), "contact"),
     "corner": Shot((0.0, 1.0), {"left": 20.0}, (24.0, -50.0), "contact"),
     "grasp": Shot(
-        (0.0, 1.0, 2.2),
-        {"first_flexor": 10.0, "second_flexor": 10.0, "third_flexor": 10.0},
+        (0.0, 1.0, 2.0),
+        {"first_flexor": 5.0, "second_flexor": 5.0, "third_flexor": 5.0},
         (12.0, -60.0),
         "contact",
     ),

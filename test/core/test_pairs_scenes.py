@@ -13,7 +13,7 @@ def test_a_hand_lifts_a_ball_by_friction_and_drops_it():
     def height():
         return hand.compiled.scene.base.position[2] - hand.q[along] - 0.03
 
-    for tension in np.linspace(2.0, 10.0, 5):
+    for tension in np.linspace(1.0, 5.0, 5):
         hand.set_efforts(np.full(3, tension))
         hand.advance(100)
     hand.advance(1700)
