@@ -513,7 +513,7 @@ DOCUMENTS["meeting"] = {
     "gravity": [0, 0, -9.81],
     "bodies": [
         rod("r"),
-        {"joint": "belt", "kind": "prismatic", "axis": [1, 0, 0], "parent": "base"},
+        {"joint": "j", "kind": "prismatic", "axis": [1, 0, 0], "parent": "base"},
         {
             "rigid_body": "ball",
             "mass": 0.1,
@@ -521,7 +521,7 @@ DOCUMENTS["meeting"] = {
             "contact": {"material": "stone"},
         },
     ],
-    "environment": [{"plane": "top", "position": [0.0, 0.0, -0.5], "on": "belt"}],
+    "environment": [{"plane": "top", "position": [0.0, 0.0, -0.5], "on": "j"}],
     "pairs": [
         {"bodies": ["r", "ball"], "contact": {"friction": 0.2}, "overlap": False},
         {"self": ["r"]},
