@@ -44,6 +44,8 @@ class Shot:
     page : of docs/, beside which its folder is
     drives : where driven joints that follow commands go within the time of the first instant
         after 0, in m or rad
+    wave : period in s and length over that of the arm of a wave along the actuators, if efforts are
+        its amplitudes
     """
 
     times: tuple[float, ...]
@@ -51,6 +53,7 @@ class Shot:
     view: tuple[float, float]
     page: str = "forest"
     drives: dict[str, float] = field(default_factory=dict)
+    wave: tuple[float, float] | None = None
 
 
 SHOTS = {
@@ -81,6 +84,15 @@ SHOTS = {
     "parallel_robot": Shot(
         (0.0, 1.0), {}, (16.0, -55.0), "constraints",
         {"slide_1": 0.05, "slide_2": 0.05, "slide_3": 0.03, "slide_6": 0.02},
+    ),
+    "grasp": Shot(
+        (0.0, 1.0, 2.0),
+        {"first_flexor": 5.0, "second_flexor": 5.0, "third_flexor": 5.0},
+        (12.0, -60.0),
+        "contact",
+    ),
+    "snake": Shot(
+        (0.0, 2.25, 4.5), {f"m{i}": 0.15 for i in range(6)}, (40.0, -80.0), "contact", (1.0, 1.0)
     ),
 }  # fmt: skip
 
@@ -180,6 +192,14 @@ def surroundings(scene: Scene, points: Array) -> list[Array]:
     return made
 
 
+def waved(wave: tuple[float, float], amplitudes: list[float], time: float) -> list[float]:
+    """Return the efforts of a wave that travels along the actuators; it sets in within half a s."""
+    period, length = wave
+    places = (np.arange(len(amplitudes)) + 0.5) / len(amplitudes)
+    phase = 2.0 * np.pi * (time / period - places / length)
+    return (min(1.0, 2.0 * time) * np.array(amplitudes) * np.sin(phase)).tolist()
+
+
 def draw(name: str) -> Figure:
     """Return the picture of a scene."""
     shot, simulation = SHOTS[name], Simulation(load_scene(name))
@@ -195,8 +215,12 @@ def draw(name: str) -> Figure:
     step, done = simulation.scene.numerics.step, 0
     faces, colours, strokes, inks, widths = [], [], [], [], []
     for number, time in enumerate(shot.times, 1):
-        simulation.advance(round(time / step) - done)
-        done = round(time / step)
+        while done < round(time / step):
+            made = 5 if shot.wave else round(time / step) - done
+            if shot.wave:
+                simulation.set_efforts(waved(shot.wave, efforts, done * step))
+            simulation.advance(made)
+            done += made
         scenery.draw(canvases)
         share = (0.35 + 0.65 * number / len(shot.times)) if number < len(shot.times) else 1.0
         for shape, canvas in zip(own, canvases, strict=True):

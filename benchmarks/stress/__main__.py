@@ -1,7 +1,8 @@
 """Draw the stability map: ``python -m benchmarks.stress``.
 
-Writes benchmarks/results/stress.json, a list with an entry per scene, and stress.png; and
-equilibria.json, the same for equilibria under dead moments and loads that follow.
+Writes benchmarks/results/stress.json, a list with an entry per scene, and stress.png;
+equilibria.json, the same for equilibria under dead moments and loads that follow; and touching.json
+for bodies that fall on shapes and on one another.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from .equilibria import judge_equilibrium, loads
 from .judge import judge
 from .plots import draw
 from .scenes import cases, real_cases
+from .touching import judge_touch, touches
 
 ROUND_OFF = 1e-8  # of the energy turned over, in balances that are exact but for round-off
 RESULTS = Path(__file__).resolve().parents[1] / "results"
@@ -38,6 +40,7 @@ def main() -> int:
         "--gradient", type=int, default=300, help="every so many, too, by the discrete gradient"
     )
     parser.add_argument("--equilibria", type=int, default=120, help="scenes at rest")
+    parser.add_argument("--touching", type=int, default=500, help="scenes of contact")
     parser.add_argument("--jobs", type=int, default=cores())
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
@@ -52,15 +55,20 @@ def main() -> int:
     at_rest = _judged(
         judge_equilibrium, [(load,) for load in loads(given.equilibria)], given.jobs, "equilibria"
     )
+    judge_touch(touches(1)[0])
+    touched = _judged(
+        judge_touch, [(case,) for case in touches(given.touching)], given.jobs, "contacts"
+    )
     here = machine.facts()
     given.out.mkdir(parents=True, exist_ok=True)
-    for name, entries in (("stress", judged), ("equilibria", at_rest)):
+    for name, entries in (("stress", judged), ("equilibria", at_rest), ("touching", touched)):
         text = ",\n".join(json.dumps(entry) for entry in entries)
         (given.out / f"{name}.json").write_text(f"[\n{text}\n]\n")
     draw(judged, given.out / "stress.png")
     facts = here | {"wall_s": round(time.monotonic() - begin), "jobs": given.jobs}
     (given.out / "stress_machine.json").write_text(json.dumps(facts, indent=1) + "\n")
-    return max(tell(judged, time.monotonic() - begin), tell_equilibria(at_rest))
+    told = tell(judged, time.monotonic() - begin), tell_equilibria(at_rest), tell_touches(touched)
+    return max(told)
 
 
 def _judged(
@@ -84,6 +92,19 @@ def tell_equilibria(judged: list[dict[str, Any]]) -> int:
     runs = Counter(e["run"] if isinstance(e["run"], str) else "run" for e in judged)
     print(f"  looked at by a pushed finer model: {dict(runs)}")
     wrong = [e for e in judged if e["wrong"] is not None]
+    for entry in wrong:
+        print(entry)
+    return 1 if wrong else 0
+
+
+def tell_touches(judged: list[dict[str, Any]]) -> int:
+    """Print how scenes of contact came out; return 1 if one made energy."""
+    print(f"{len(judged)} scenes of contact: {dict(Counter(e['outcome'] for e in judged))}")
+    for why, number in Counter(e["why"] for e in judged if e["why"]).most_common():
+        print(f"  {number:5} {why}")
+    gained = max((e["gained_rel"] or 0.0 for e in judged), default=0.0)
+    print(f"  energy made, over that turned over, at most {gained:.1e}")
+    wrong = [e for e in judged if e["outcome"] == "wrong"]
     for entry in wrong:
         print(entry)
     return 1 if wrong else 0

@@ -19,6 +19,7 @@ from soft_sim_ros.scene.load import DistributedLoad, InputLoad, Load, PointLoad,
 from soft_sim_ros.scene.load_scene import Scene, load_scene, packaged_scenes, parse_scene
 from soft_sim_ros.scene.material import Material, Maxwell
 from soft_sim_ros.scene.numerics import BASES, INTEGRATORS, Basis, Free, Numerics
+from soft_sim_ros.scene.pairs import Pair
 from soft_sim_ros.scene.pose import Pose
 from soft_sim_ros.scene.profile import register_profile
 from soft_sim_ros.scene.reference import Reference
@@ -31,7 +32,8 @@ __all__ = [
     "BASE", "BASES", "INTEGRATORS", "STRAINS", "Actuator", "Attachment", "Basis", "Body",
     "BodyContact", "ChamberActuator", "Constraint", "ContactLaw", "Curve", "DistributedLoad",
     "FlexibleLink", "Forest", "Free", "Friction", "Initial", "InputLoad", "Joint",
-    "JointActuator", "Load", "Material", "Maxwell", "MomentActuator", "Numerics", "PointLoad",
+    "JointActuator", "Load", "Material", "Maxwell", "MomentActuator", "Numerics", "Pair",
+    "PointLoad",
     "Pose", "Reference", "RigidBody", "Rivlin", "Rod", "Scene", "Schedule", "Section",
     "SectionSummary", "Sensor", "Shape", "Solid", "TendonActuator", "load_scene",
     "packaged_scenes", "parse_scene", "register_law", "register_profile", "summary", "total_mass",

@@ -15,13 +15,14 @@ from soft_sim_ros.scene.reader import Reader, frozen
 from soft_sim_ros.scene.taper import Floats
 
 KINDS = ("plane", "sphere", "capsule", "cylinder", "box", "ellipsoid")
-COMMON = ("inside", "contact", "bodies", "overlap")
+COMMON = ("inside", "contact", "bodies", "overlap", "on")
+BASE = "base"  # as in attachment.py
 HOLLOW = ("sphere", "capsule", "cylinder", "ellipsoid")
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """A shape fixed in the world.
+    """A shape fixed in the world, or in a body.
 
     kind : one of KINDS
     size : (3,) in m. Radius; radius and half of the length between the ends (capsule: between the
@@ -32,6 +33,8 @@ class Shape:
     law : what it says about contact
     bodies : names of those that can touch it; None: all
     overlap : whether bodies may begin in it
+    on : name of a body that it moves with, at whose end it is placed, or BASE; None: it is fixed
+        in the world
     """
 
     name: str
@@ -43,6 +46,7 @@ class Shape:
     law: ContactLaw
     bodies: tuple[str, ...] | None
     overlap: bool
+    on: str | None = None
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,7 @@ class Solid:
     A capsule (``segment`` (2, 3)) is a row of balls, found when its stations are chosen.
 
     reach : length in m that every ball stands for; of a ball alone its radius
+    half, axes : (3,) half edges in m of a box, and its axes (9,), row by row
     """
 
     kind: str
@@ -59,6 +64,8 @@ class Solid:
     centres: tuple[tuple[float, float, float], ...]
     segment: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
     reach: float = 0.0
+    half: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axes: tuple[float, ...] = ()
 
 
 def read_environment(
@@ -70,6 +77,8 @@ def read_environment(
         kind = reader.one_of(KINDS)
         name = reader.name(kind, taken={shape.name for shape in shapes})
         size, position, axes = _GEOMETRY[kind](reader)
+        places = (BASE, *bodies)
+        on = reader.reference("on", places, "body") if reader.has("on") else None
         named = reader.references("bodies", bodies, "body") if reader.has("bodies") else None
         if reader.has("inside") and kind not in HOLLOW:
             reader.no_effect("inside", f"a {kind} has no inside to be in")
@@ -84,6 +93,7 @@ def read_environment(
                 law=read_contact(reader.mapping("contact"), materials),
                 bodies=named,
                 overlap=reader.choice("overlap", ("true", "false"), default="false") == "true",
+                on=on,
             )
         )
     return tuple(shapes)
@@ -192,6 +202,15 @@ def read_solid(reader: Reader) -> Solid | None:
     if rounding > 0.5 * least:
         own.refuse(f"at most half of the shortest edge, {0.5 * least:g} m", "rounding")
     signs = np.array([[a, b, c] for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)])
-    corners = at + (signs * (0.5 * size - rounding)) @ turned(quaternion_from_rpy(rpy)).T
+    axes = turned(quaternion_from_rpy(rpy))
+    corners = at + (signs * (0.5 * size - rounding)) @ axes.T
     reach = float(np.prod(size) ** (1 / 3)) / 4.0
-    return Solid(kind, rounding, tuple(tuple(c) for c in corners.tolist()), reach=reach)
+    half = 0.5 * float(size[0]), 0.5 * float(size[1]), 0.5 * float(size[2])
+    return Solid(
+        kind,
+        rounding,
+        tuple(tuple(c) for c in corners.tolist()),
+        reach=reach,
+        half=half,
+        axes=tuple(axes.ravel().tolist()),
+    )

@@ -26,6 +26,7 @@ from soft_sim_ros.scene.joint import Joint
 from soft_sim_ros.scene.load import DistributedLoad, InputLoad, Load, PointLoad, read_loads
 from soft_sim_ros.scene.material import Material, read_material
 from soft_sim_ros.scene.numerics import Numerics, read_numerics
+from soft_sim_ros.scene.pairs import Pair, read_pairs
 from soft_sim_ros.scene.pose import Pose, read_pose
 from soft_sim_ros.scene.read_fluid import check_fluid, read_fluid
 from soft_sim_ros.scene.read_forest import read_forest
@@ -46,7 +47,8 @@ class Scene:
     attached if that is not the end of the body before it; source: the YAML text, tables from other
     files put in; file: where it came from; fluid: what surrounds all bodies, if anything does;
     environment: shapes that bodies can touch; contact: what all contacts have in common;
-    constraints: what holds frames at frames; sensors: what is measured.
+    constraints: what holds frames at frames; sensors: what is measured; pairs: bodies that touch
+    one another.
     """
 
     name: str
@@ -65,6 +67,7 @@ class Scene:
     contact: ContactLaw = ContactLaw()  # noqa: RUF009 - it is immutable
     constraints: tuple[Constraint, ...] = ()
     sensors: tuple[Sensor, ...] = ()
+    pairs: tuple[Pair, ...] = ()
 
     @property
     def scheduled_loads(self) -> tuple[PointLoad | DistributedLoad, ...]:
@@ -183,6 +186,7 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         "environment",
         "contact",
         "sensors",
+        "pairs",
     )
     name = reader.name("name", default=_name_of(file))
     gravity = reader.vector("gravity", 3, default=GRAVITY)
@@ -213,6 +217,7 @@ def parse_scene(text: str, file: str = "<text>") -> Scene:
         contact=read_contact(reader.mapping("contact"), materials),
         constraints=read_constraints(reader.entries("constraints"), bodies),
         sensors=read_sensors(reader.entries("sensors"), bodies, actuators),
+        pairs=read_pairs(reader, materials, forest),
     )
 
 

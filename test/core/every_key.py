@@ -539,3 +539,23 @@ DOCUMENTS["sensed"] = {
     ],
     "numerics": NUMERICS,
 }
+DOCUMENTS["meeting"] = {
+    "materials": {"soft": SOFT, "stone": SOFT | {"young_modulus": 1e9}},
+    "gravity": [0, 0, -9.81],
+    "bodies": [
+        rod("r"),
+        {"joint": "j", "kind": "prismatic", "axis": [1, 0, 0], "parent": "base"},
+        {
+            "rigid_body": "ball",
+            "mass": 0.1,
+            "shape": {"kind": "sphere", "radius": 0.03, "position": [0.03, 0.0, 0.3]},
+            "contact": {"material": "stone"},
+        },
+    ],
+    "environment": [{"plane": "top", "position": [0.0, 0.0, -0.5], "on": "j"}],
+    "pairs": [
+        {"bodies": ["r", "ball"], "contact": {"friction": 0.2}, "overlap": False},
+        {"self": ["r"]},
+    ],
+    "numerics": NUMERICS,
+}

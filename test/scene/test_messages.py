@@ -135,7 +135,7 @@ MISTAKES = [
         "bodys:",
         "7: bodys = - joint: shoulder …: expected a known key, one of name, gravity, "
         "base, materials, bodies, actuators, constraints, loads, initial, numerics, fluid, "
-        "environment, contact, sensors (did you mean bodies?)",
+        "environment, contact, sensors, pairs (did you mean bodies?)",
     ),
     (
         "  - rod: arm",

@@ -38,7 +38,7 @@ class KernelCacheWarning(UserWarning):
 
 
 # of core/, in which kernels stand, or structs that they know by the order of their fields
-ROOMS = ("backend", "algebra", "model", "terms", "recursion", "integrators")
+ROOMS = ("backend", "algebra", "model", "contact", "terms", "recursion", "integrators")
 
 
 def _digest() -> str:

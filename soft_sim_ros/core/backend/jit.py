@@ -195,6 +195,19 @@ def call_contact_energy(context, where, model, data):
 
 
 @_intrinsic
+def call_bristles(context, where, model, data, bristles):
+    """Call bristle_energy(model, data, bristles) by address (contact/balance.py)."""
+    return _call(numba.types.float64, where, (model, data, bristles))
+
+
+@_intrinsic
+def call_made(context, where, model, data, effort, q0, v0, old, q1, v1, new, worked, lost, whole):
+    """Call energy_made(…) by address (contact/balance.py)."""
+    given = (model, data, effort, q0, v0, old, q1, v1, new, worked, lost, whole)
+    return _call(numba.types.float64, where, given)
+
+
+@_intrinsic
 def call_uphold(context, where, model, data, work, h, q, v):
     """Call uphold(model, data, work, h, q, v) by address."""
     return _call(numba.types.boolean, where, (model, data, work, h, q, v))

@@ -5,6 +5,7 @@ What calls them does so by address, so a scene that does not need them compiles 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,17 +14,22 @@ from soft_sim_ros.core.floats import Ints
 
 from .jit import address
 
-_offered: dict[str, list[tuple[Any, tuple[Any, ...]]]] = {}
+# examples of arguments, or what makes them for a model
+Examples = tuple[Any, ...] | Callable[[Any], tuple[Any, ...]]
+_offered: dict[str, list[tuple[Any, Examples]]] = {}
 
 
-def offer(name: str, *units: tuple[Any, tuple[Any, ...]]) -> None:
+def offer(name: str, *units: tuple[Any, Examples]) -> None:
     """Offer units; each with examples of its arguments after the model and the scratch."""
     _offered[name] = list(units)
 
 
 def calls(name: str, model: Any, data: Any) -> list[tuple[Any, ...]]:
     """Return the calls of units under a name, to be compiled for a model and its scratch."""
-    return [(function, model, data, *rest) for function, rest in _offered[name]]
+    return [
+        (function, model, data, *(rest(model) if callable(rest) else rest))
+        for function, rest in _offered[name]
+    ]
 
 
 def addresses(name: str, model: Any, data: Any) -> Ints:

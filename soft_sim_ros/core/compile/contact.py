@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_sim_ros.core.algebra import se3
-from soft_sim_ros.core.contact import force  # noqa: F401 - it offers its units
+from soft_sim_ros.core.contact import balance, force  # noqa: F401 - they offer their units
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.model import contact as columns
 from soft_sim_ros.core.model.contact import SLOTS, Contact, no_contact
@@ -77,7 +77,8 @@ def flat_contact(scene: Scene, chain: Chain) -> Contact:
         for what has no stiffness to touch with, does not fit into what it is inside of, or cannot
         be stepped with contact
     """
-    if not scene.environment:
+    meets = bool(scene.pairs or scene.environment)
+    if not meets:
         _refuse_without(scene)
         return no_contact()
     _refuse(scene)
@@ -92,14 +93,14 @@ def flat_contact(scene: Scene, chain: Chain) -> Contact:
         key = station.body, name, station.radius if station.single else 0.0
         if key not in groups:
             groups[key] = len(rows)
-            rows.append([_law(scene, i, station) for i in range(len(scene.environment))])
+            rows.append([_law(scene, i, station) for i in range(len(fixed_shapes(scene)))])
         group.append(groups[key])
-    law = floats(rows)
+    law = floats(rows).reshape(len(rows), -1, 9)
     _refuse_thick(scene, found, law, group)
     rubbing = int((law[:, :, columns.KINETIC] > 0.0).any(axis=0).sum())
     base = se3.pose_matrix(scene.base.position, scene.base.quaternion)
-    shapes = scene.environment
-    single = np.array([row[0][columns.KIND] == columns.HERTZ for row in rows])
+    shapes = fixed_shapes(scene)
+    single = (law[:, :1, columns.KIND] == columns.HERTZ).any(axis=1)
     counts = np.bincount([station.node for station in found], minlength=chain.node + 1)
     return Contact(
         ptr=ints([0, *np.cumsum(counts)]),
@@ -110,9 +111,11 @@ def flat_contact(scene: Scene, chain: Chain) -> Contact:
         group=ints(group),
         law=law,
         kind=ints([KINDS.index(shape.kind) for shape in shapes]),
-        size=floats([shape.size for shape in shapes]),
-        rotation=floats([(base[:3, :3].T @ shape.axes).ravel() for shape in shapes]),
-        centre=floats([base[:3, :3].T @ (shape.position - base[:3, 3]) for shape in shapes]),
+        size=floats([shape.size for shape in shapes]).reshape(-1, 3),
+        rotation=floats([(base[:3, :3].T @ shape.axes).ravel() for shape in shapes]).reshape(-1, 9),
+        centre=floats(
+            [base[:3, :3].T @ (shape.position - base[:3, 3]) for shape in shapes]
+        ).reshape(-1, 3),
         sign=floats([-1.0 if shape.inside else 1.0 for shape in shapes]),
         bound=floats([_bound(shape) for shape in shapes]),
         slots=ints([min(SLOTS, rubbing)]),
@@ -147,8 +150,13 @@ def _refuse_without(scene: Scene) -> None:
     """Refuse keys that have no effect where nothing can be touched."""
     if scene.contact != ContactLaw():
         raise SceneError(
-            scene.file, "contact", "(a mapping)", "an environment: nothing can be touched"
+            scene.file, "contact", "(a mapping)", "an environment or pairs: nothing can be touched"
         )
+
+
+def fixed_shapes(scene: Scene) -> tuple[Shape, ...]:
+    """Return the shapes of the environment that do not move."""
+    return tuple(shape for shape in scene.environment if shape.on is None)
 
 
 def body_contact(body: object) -> BodyContact:
@@ -255,7 +263,7 @@ def _of_solid(chain: Chain, body: RigidBody) -> list[Station]:
 
 def _law(scene: Scene, index: int, station: Station) -> list[float]:
     """Return the row of the law of a station with a shape."""
-    shape = scene.environment[index]
+    shape = fixed_shapes(scene)[index]
     if shape.bodies is not None and station.body not in shape.bodies:
         return [0.0] * 9
     body = next(body for body in scene.bodies if body.name == station.body)
@@ -288,7 +296,7 @@ def _of_materials(
 
     A row of balls is a cylinder: π/4 E* per length and depth. A ball is one: 4/3 E* √R.
     """
-    shape = scene.environment[index]
+    shape = fixed_shapes(scene)[index]
     bodies = {body.name: body for body in scene.bodies}
     own = body_contact(bodies[station.body]).law.material
     if own is None and station.section is not None:
@@ -300,7 +308,7 @@ def _of_materials(
         i = list(bodies).index(station.body)
         expected = "a stiffness in Pa, or the name of a material"
         raise SceneError(scene.file, f"bodies[{i}].contact", None, expected)
-    modulus = 1.0 / (_softness(own) + (_softness(other) if other is not None else 0.0))
+    modulus = 1.0 / (softness(own) + (softness(other) if other is not None else 0.0))
     if not station.single:
         return columns.LINEAR, 0.25 * np.pi * modulus, 0.25 * np.pi * modulus
     radius = station.radius
@@ -311,14 +319,15 @@ def _of_materials(
     return columns.HERTZ, stiffness, 1.5 * stiffness * np.sqrt(BRISTLE * station.radius)
 
 
-def _softness(material: Material) -> float:
+def softness(material: Material) -> float:
     """Return (1 − ν²)/E in 1/Pa."""
     return (1.0 - material.poisson_ratio**2) / material.young_modulus
 
 
 def _refuse_thick(scene: Scene, found: list[Station], law: Floats, group: list[int]) -> None:
     """Refuse bodies that are thicker than what they are inside of."""
-    for i, shape in enumerate(scene.environment):
+    for i, shape in enumerate(fixed_shapes(scene)):
+        at = scene.environment.index(shape)
         if not shape.inside:
             continue
         room = float(shape.size.min() if shape.kind == "ellipsoid" else shape.size[0])
@@ -328,4 +337,5 @@ def _refuse_thick(scene: Scene, found: list[Station], law: Floats, group: list[i
                     f"more than the radius of what is inside: {station.body} has "
                     f"{station.radius:g} m at s = {station.s:g} m, {shape.name} has {room:g} m"
                 )
-                raise SceneError(scene.file, f"environment[{i}].{shape.kind}", shape.name, expected)
+                key = f"environment[{at}].{shape.kind}"
+                raise SceneError(scene.file, key, shape.name, expected)

@@ -53,7 +53,7 @@ def refuse_overflow(scene: Scene, model: Model, loads: Loads) -> None:
     SceneError
         which names the quantity that is not finite
     """
-    for part in (model, model.fibres, model.fluid, model.contact, loads):
+    for part in (model, model.fibres, model.fluid, model.contact, model.pairs, loads):
         for name, array in part._asdict().items():
             if name not in SOURCES or np.isfinite(array).all():
                 continue

@@ -43,6 +43,7 @@ from .loads import lump_loads
 from .materials import of_materials
 from .other_materials import SameShape, differ_in_materials, same_laws
 from .overflow import refuse_overflow
+from .pairs import flat_pairs
 from .ports import Path, flat_ports, winding
 from .size import refuse_size
 from .weights import weights
@@ -174,7 +175,8 @@ def _of_other_materials(scene: Scene, like: Compiled) -> Compiled:
     chain = build_chain(scene, SameShape(like.chain))
     fibres = like.model.fibres if same_laws(scene, like.scene) else None
     changed = of_materials(chain, like.model.seg_block, fibres)
-    model = like.model._replace(**changed, contact=flat_contact(scene, chain))
+    contact, pairs = flat_contact(scene, chain), flat_pairs(scene, chain)
+    model = like.model._replace(**changed, contact=contact, pairs=pairs)
     return replace(like, scene=scene, chain=chain, model=model)
 
 
@@ -294,6 +296,7 @@ def _flatten(scene: Scene, chain: Chain) -> Model:
         driven=ints(chain.driven).reshape(-1, 2),
         fluid=flat_fluid(scene, chain),
         contact=flat_contact(scene, chain),
+        pairs=flat_pairs(scene, chain),
         closures=flat_closures(scene, chain),
         space=Spatial(),
     )

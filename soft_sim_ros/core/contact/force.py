@@ -1,8 +1,9 @@
 """Contact in the equations of motion: wrenches on nodes, their derivatives, stored energy.
 
 These units are called by address (backend/late.py), so that only scenes with shapes compile them.
-The wrenches leave in Touch what friction makes of its bristles, the power that is lost, and the
-pattern of what touches: when it changes, factors of the Newton matrix are void.
+The wrenches leave in Touch what friction makes of its bristles, the power that contact takes (what
+bristles store of it is booked as stored at the end of a step, see balance.py), and the pattern of
+what touches: when it changes, factors of the Newton matrix are void.
 """
 
 import math
@@ -80,8 +81,8 @@ def limit_of(law, touch, e, k):
 
 
 @kernel
-def let_go(law_time, touch, e, k, kappa):
-    """Let a bristle that touches nothing relax; return the power in W that is lost."""
+def let_go(law_time, touch, e, k):
+    """Let a bristle that touches nothing relax."""
     span = touch.mode[SPAN]
     u = load_vec(touch.start[e, k])
     left = scale(law_time / (span + law_time) if span + law_time > 0.0 else 0.0, u)
@@ -90,7 +91,6 @@ def let_go(law_time, touch, e, k, kappa):
     store_vec(touch.after[e, k], left)
     code = touch.start[e, k, CODE]
     touch.after[e, k, CODE] = code - code % 2.0 if left[0] != 0.0 or dot(left, left) > 0.0 else 0.0
-    return kappa * dot(left, sub(u, left)) / span if span > 0.0 else 0.0
 
 
 @unit
@@ -147,9 +147,6 @@ def contact_wrenches(model, data):
                         pull = along(n, weighed(law[ACROSS], axis, g))
                     total = sub(total, pull)
                     power += dot(g, w)
-                    if touch.mode[SPAN] > 0.0:
-                        kappa = law[TANGENT] * share
-                        power -= kappa * dot(u, sub(u, start)) / touch.mode[SPAN]
                     seen = 3.0 if sticks else 2.0
             if factor == 0.0:
                 seen += 3.0
@@ -160,8 +157,7 @@ def contact_wrenches(model, data):
             if (taken >> k) & 1 == 0:
                 s = int(touch.start[e, k, CODE]) // 2 - 1
                 if 0 <= s < shapes and touch.mode[SPAN] > 0.0:
-                    law = contact.law[contact.group[e], s]
-                    power += let_go(law[TIME], touch, e, k, law[TANGENT] * share)
+                    let_go(contact.law[contact.group[e], s, TIME], touch, e, k)
                 else:
                     for c in range(WIDE):
                         touch.after[e, k, c] = 0.0
@@ -320,12 +316,8 @@ def contact_matrices(model, data, node, out):
 
 @unit
 def contact_energy(model, data):
-    """Return the energy in J that contact and the bristles of the state store.
-
-    At the last ``place``.
-    """
+    """Return the energy in J that contact stores, without bristles, at the last ``place``."""
     contact, touch = model.contact, data.touch
-    slots = touch.start.shape[1]
     total = 0.0
     for e in range(len(contact.node) if touch.mode[PRESENT] != 0.0 else 0):
         radius, share, group = contact.radius[e], contact.share[e], contact.group[e]
@@ -337,11 +329,6 @@ def contact_energy(model, data):
             d, _, _ = distance(contact, s, centre)
             if d < radius:
                 total += elastic(law, share, radius, radius - d)[2]
-        for k in range(slots):
-            u = load_vec(touch.bristle[0, e, k])
-            s = int(touch.bristle[0, e, k, CODE]) // 2 - 1
-            if 0 <= s < len(contact.kind):
-                total += 0.5 * contact.law[group, s, TANGENT] * share * dot(u, u)
     return total
 
 

@@ -13,7 +13,15 @@ for no acceleration and uses the same factors; its polynomial does without q̈ a
 Times are counted from the last jump, so the same motion has the same bits whenever it starts.
 """
 
-from soft_sim_ros.core.backend.jit import call_close, call_stage, call_uphold, kernel, unit
+from soft_sim_ros.core.backend.jit import (
+    call_bristles,
+    call_close,
+    call_made,
+    call_stage,
+    call_uphold,
+    kernel,
+    unit,
+)
 from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.core.terms.forcing import (
     apply_loads,
@@ -31,7 +39,7 @@ from soft_sim_ros.core.terms.touch import (
     explicit_stage,
 )
 
-from .newton import CONVERGED, TOO_FAR, TOO_ROUGH
+from .newton import CONVERGED, MADE, TOO_FAR, TOO_ROUGH
 from .problem import (
     A0,
     A1,
@@ -73,6 +81,7 @@ SAFETY, SHRINK, GROW = 0.9, 0.1, 5.0
 REACH = 1.0
 # bounds of a step in grid steps
 SHORTEST, LONGEST = 1e-6, 1e4
+SMALL = 1e-2  # no shorter one is cut because a contact makes energy
 
 
 @unit
@@ -147,6 +156,12 @@ def next_step(problem, anchor, h):
                 work.a[i] = 0.0  # those of a failed Newton iteration are no first guess
             work.counters[REJECTED] += 1
             continue
+        worth = len(model.contact.node) > 0 and error <= 1.0 and length > SMALL * h
+        if worth and made_energy(problem):
+            status = MADE
+            size = 0.5 * length
+            work.counters[REJECTED] += 1
+            continue
         # of order k + 1 in the length, k the order of the embedded method
         k = 1.0 / method.order
         if not error <= 1.0:
@@ -188,6 +203,31 @@ def next_step(problem, anchor, h):
         work.counters[STEPS] += 1
         return CONVERGED
     return status
+
+
+@kernel
+def made_energy(problem):
+    """Return whether the step just tried makes energy, in a scene with contact."""
+    touch, booked, work = problem.data.touch, problem.work.booked, problem.work
+    worked = booked[TRIAL, LOAD_WORK] - booked[END, LOAD_WORK]
+    lost = booked[TRIAL, DISSIPATED] - booked[END, DISSIPATED]
+    whole = abs(booked[TRIAL, LOAD_WORK]) + abs(booked[TRIAL, DISSIPATED])
+    made = call_made(
+        touch.call[4],
+        problem.model,
+        problem.data,
+        problem.held.effort,
+        work.span[QN],
+        work.span[VN],
+        touch.ends[1],
+        work.q,
+        work.v,
+        touch.after,
+        worked,
+        lost,
+        whole,
+    )
+    return not made <= 1.0
 
 
 @unit
@@ -236,6 +276,10 @@ def attempt(problem, t, h, first):
             lost, power = damping_power(model, data, work.v), load_power(model, data)
         dissipated += h * tableau[stages, i] * lost
         worked += h * tableau[stages, i] * power
+    if len(model.contact.node) > 0 and data.touch.alive[0] != 0:
+        where = data.touch.call[3]
+        dissipated += call_bristles(where, model, data, data.touch.ends[1])
+        dissipated -= call_bristles(where, model, data, data.touch.after)
     booked[TRIAL, DISSIPATED] = booked[END, DISSIPATED] + dissipated
     booked[TRIAL, LOAD_WORK] = booked[END, LOAD_WORK] + worked
     booked[TRIAL, LOST], booked[TRIAL, POWER] = lost, power

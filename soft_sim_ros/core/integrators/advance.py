@@ -3,12 +3,19 @@
 Switching times of loads are hit exactly, and steps that fail are tried again in smaller ones.
 """
 
-from soft_sim_ros.core.backend.jit import call_close, call_step, call_uphold, kernel, unit
+from soft_sim_ros.core.backend.jit import (
+    call_close,
+    call_made,
+    call_step,
+    call_uphold,
+    kernel,
+    unit,
+)
 from soft_sim_ros.core.terms.driven import bring
 from soft_sim_ros.core.terms.forcing import next_switch, switches_at
-from soft_sim_ros.core.terms.touch import BEFORE, SAVED, keep_back, put_back
+from soft_sim_ros.core.terms.touch import BEFORE, SAVED, before_step, keep_back, put_back
 
-from .newton import CONVERGED, TOO_FAR
+from .newton import CONVERGED, MADE, TOO_FAR
 from .problem import (
     ADAPTIVE,
     AFTER_PIECE,
@@ -28,6 +35,8 @@ from .problem import (
 # that a call always ends.
 HALVINGS = 12
 PIECES = 300
+# and at most this many times because a contact makes energy: it is very little then
+CUTS = 7
 # No piece of a step may move the tip further than this, in arm lengths (or a hinge, in radians):
 # Newton's method then has gone to another solution, or the step is far too long for the motion.
 REACH = 1.0
@@ -40,6 +49,33 @@ def too_far(model, before, q):
         if not abs(q[i] - before[i]) * model.weight[i] <= REACH:
             return True
     return False
+
+
+@kernel
+def made_energy(problem, booked):
+    """Return whether the last piece of a step made energy where something touched.
+
+    booked : the ledger before it
+    """
+    touch, ledger, work = problem.data.touch, problem.state.ledger, problem.work
+    worked, lost = ledger[LOAD_WORK] - booked[1], ledger[DISSIPATED] - booked[0]
+    whole = abs(ledger[LOAD_WORK]) + abs(ledger[DISSIPATED])
+    made = call_made(
+        touch.call[4],
+        problem.model,
+        problem.data,
+        problem.held.effort,
+        work.before[Q],
+        work.before[V],
+        before_step(touch),
+        problem.state.q,
+        problem.state.v,
+        touch.bristle[0],
+        worked,
+        lost,
+        whole,
+    )
+    return not made <= 1.0
 
 
 @unit
@@ -58,6 +94,7 @@ def fixed_step(problem, t, h):
     touching = len(model.contact.node) > 0
     if touching:
         keep_back(data.touch, SAVED)
+        data.touch.met[0] = 0
     done, size, halvings, pieces = 0.0, h, 0, 0
     while done < h * (1.0 - 1e-9):
         pieces += 1
@@ -87,6 +124,9 @@ def fixed_step(problem, t, h):
             status = call_close(closing, problem, AFTER_PIECE, here + step, step)
         if status == CONVERGED and too_far(model, work.before[Q], q):
             status = TOO_FAR
+        met = touching and status == CONVERGED and data.touch.met[0] != 0
+        if met and halvings < CUTS and made_energy(problem, booked):
+            status = MADE
         if status == CONVERGED:
             done += step
             if uphold != 0 and call_uphold(uphold, model, data, work, step, q, v):

@@ -1,6 +1,6 @@
 """One step of a diagonally implicit Runge–Kutta method on (q, q̇), given by its tableau."""
 
-from soft_sim_ros.core.backend.jit import call_stage, unit
+from soft_sim_ros.core.backend.jit import call_bristles, call_contact, call_stage, unit
 from soft_sim_ros.core.terms.forcing import apply_loads, damping_power, inside, load_power
 from soft_sim_ros.core.terms.touch import begin_stage, end_stage, take_over
 
@@ -58,8 +58,13 @@ def dirk_step(problem, t, h):
         for i in range(stages):
             q[c] += h * tableau[stages, i] * work.stage_v[i, c]
             v[c] += h * tableau[stages, i] * work.stage_a[i, c]
-    if len(model.contact.node) > 0:
+    if len(model.contact.node) > 0 and data.touch.alive[0] != 0:
+        bristle = data.touch.bristle[0]
+        dissipated += call_bristles(data.touch.call[3], model, data, bristle)
         take_over(data.touch, data.touch.bristle, 0)
+        dissipated -= call_bristles(data.touch.call[3], model, data, bristle)
+        if len(model.pairs.cell) > 0:
+            call_contact(data.meet.call[3], model, data)
     remember(work, h)
     state.ledger[DISSIPATED] += dissipated
     state.ledger[LOAD_WORK] += worked

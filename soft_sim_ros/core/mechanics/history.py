@@ -71,3 +71,7 @@ def refuse_environment(scene: Scene, form: str) -> None:
         shape = scene.environment[0]
         key = f"environment[0].{shape.kind}"
         raise SceneError(scene.file, key, shape.name, f"no environment in {form}")
+    if scene.pairs:
+        pair = scene.pairs[0]
+        expected = f"no bodies that touch one another in {form}"
+        raise SceneError(scene.file, pair.key, " and ".join(pair.bodies), expected)

@@ -19,7 +19,7 @@ CODE, WIDE = 3, 4
 # Touch.mode: ∂q̇/∂q̈ of the stage, below zero: no friction; whether there is contact at all
 SPAN, PRESENT = 0, 1
 # Touch.call
-WRENCHES, MATRICES, ENERGY = range(3)
+WRENCHES, MATRICES, ENERGY, BRISTLES, MADE = range(5)
 SLOTS = 2  # shapes whose friction a station can feel at a time
 FAR = 1e30
 STAGES = 6  # of a step, at most
@@ -64,7 +64,8 @@ class Touch(NamedTuple):
     mode: Floats  # (2,) SPAN, PRESENT
     power: Floats  # (1,) dissipated, W, at the last sweep
     pattern: Floats  # (1,) what touches, and how, as one number; 0: nothing
-    call: Ints  # (3,) addresses: WRENCHES, MATRICES, ENERGY
+    met: Ints  # (1,) whether anything touched in a stage since it was set to 0
+    call: Ints  # (5,) addresses: WRENCHES, MATRICES, ENERGY, BRISTLES, MADE
 
 
 def no_contact() -> Contact:
@@ -89,12 +90,16 @@ def no_contact() -> Contact:
     )
 
 
-def new_touch(contact: Contact) -> Touch:
-    """Allocate scratch; addresses are filled in by who knows the model."""
-    stations = len(contact.node)
-    some = min(stations, 1)
-    slots = int(contact.slots[0]) if some else 0
-    near = np.zeros((stations, 4))
+def new_touch(contact: Contact, more: int = 0, slots: int = 0) -> Touch:
+    """Allocate scratch; addresses are filled in by who knows the model.
+
+    more : stations that press on other bodies; their bristles come last
+    slots : bristles that each of them may use
+    """
+    some = min(len(contact.node), 1)
+    stations = len(contact.node) + more
+    slots = max(slots, int(contact.slots[0]) if some else 0)
+    near = np.zeros((len(contact.node), 4))
     near[:, 3] = -1.0
     return Touch(
         bristle=np.zeros((some, stations, slots, WIDE)),
@@ -110,7 +115,8 @@ def new_touch(contact: Contact) -> Touch:
         mode=np.array([-1.0, 1.0][: 2 * some]),
         power=np.zeros(some),
         pattern=np.zeros(some),
-        call=np.zeros(3 * some, dtype=np.int64),
+        met=np.zeros(some, dtype=np.int64),
+        call=np.zeros(5 * some, dtype=np.int64),
     )
 
 

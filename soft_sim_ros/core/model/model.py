@@ -26,6 +26,7 @@ from soft_sim_ros.core.backend.structs import struct
 from soft_sim_ros.core.floats import Floats, Ints
 
 from .contact import Contact, Touch, new_touch, within
+from .pairs import Meet, Pairs, new_meet, pairs_within
 
 
 @struct
@@ -189,6 +190,7 @@ class Model(NamedTuple):
     driven: Ints  # (D, 2) coordinates that are told what to do, and their blocks
     fluid: Wetted
     contact: Contact  # with the shapes of the environment
+    pairs: Pairs  # contact of bodies with one another
     closures: Closures
     space: Space = Spatial()
 
@@ -211,8 +213,10 @@ def in_its_plane(model: Model) -> Model:
     for space in (PlaneXY(), PlaneXZ()):
         out = [c for c in range(6) if c not in space.components]
         if not np.isin(model.entry_comp, out).any() and not model.xi0[:, :, out].any():
-            contact = within(model.contact, space)
-            return model if contact is None else model._replace(space=space, contact=contact)
+            contact, pairs = within(model.contact, space), pairs_within(model.pairs, space)
+            if contact is None or pairs is None:
+                return model
+            return model._replace(space=space, contact=contact, pairs=pairs)
     return model
 
 
@@ -267,6 +271,7 @@ class Data(NamedTuple):
     fluid_power: Floats  # (P, 2) work and loss in W of the fluid at its places, at the last sweep
     live: Live
     touch: Touch
+    meet: Meet
     closed: Closed
 
 
@@ -301,11 +306,15 @@ def new_data(model: Model, pushes: int = 0) -> Data:
         current=np.zeros((3, 4)),
         fluid_power=np.zeros((len(model.fluid.node), 2)),
         live=new_live(pushes, len(model.driven)),
-        touch=new_touch(model.contact),
+        touch=new_touch(model.contact, len(model.pairs.cell), int(model.pairs.slots.sum())),
+        meet=new_meet(model.pairs),
         closed=new_closed(model.closures),
     )
     if len(model.contact.node):
-        data.touch.call[:] = late.addresses("contact", model, data)
+        data.touch.call[:3] = late.addresses("contact", model, data)
+        data.touch.call[3:] = late.addresses("balance", model, data)
+    if len(model.pairs.cell):
+        data.meet.call[:] = late.addresses("pairs", model, data)
     data.rotation[0, [0, 4, 8]] = 1.0
     return data
 

@@ -32,6 +32,7 @@ from soft_sim_ros.core.backend.jit import bare, kernel, unit
 from soft_sim_ros.core.backend.structs import struct
 from soft_sim_ros.core.floats import Floats, Ints
 from soft_sim_ros.core.model.model import Model
+from soft_sim_ros.core.model.pairs import columns_of
 from soft_sim_ros.core.terms.couplings import add_columns, correct, factor_columns
 
 
@@ -59,9 +60,13 @@ class System(NamedTuple):
     left: Floats  # (R, n) columns of U of the couplings between blocks (couplings.py) …
     right: Floats  # (R, n) … and of V
     reach: Floats  # (R, n) columns of K₀⁻¹ U
-    small: Floats  # (R, R) factors of 1 + Vᵀ K₀⁻¹ U
+    small: Floats  # (R R,) factors of 1 + Vᵀ K₀⁻¹ U, of as many columns as are in use
     small_x: Floats  # (R,)
     small_pivot: Ints  # (R,)
+    tied: Ints  # (1,) columns in use: those of actuators, then those of bodies that touch
+    # (S + 1, 2w, W) J and variation of the twist of every node by the coordinates of its block,
+    # where bodies touch one another
+    inner: Floats
     # of constraints (closing.py), of C rows on F sites
     close_reach: Floats  # (6F, n) K⁻¹ Jᵀ
     close_comply: Floats  # (6F, 6F) J K⁻¹ Jᵀ
@@ -80,7 +85,8 @@ def new_system(model: Model) -> System:
         np.concatenate([[0], np.cumsum(each)]).astype(np.int64)
         for each in (sizes**2, widths, sizes * widths)
     )
-    ties, n = int(model.couple_ptr[-1]), int(model.block_col[-1])
+    own, n = int(model.couple_ptr[-1]), int(model.block_col[-1])
+    ties = own + columns_of(model.pairs, n)
     size, total = len(model.space.components), int(column[-1])
     wide_sites, held = 6 * len(model.closures.site), len(model.closures.rule)
     m, wide = int(sizes.max(initial=0)), int(widths.max(initial=WIDTH))
@@ -101,9 +107,11 @@ def new_system(model: Model) -> System:
         left=np.zeros((ties, n)),
         right=np.zeros((ties, n)),
         reach=np.zeros((ties, n)),
-        small=np.zeros((ties, ties)),
+        small=np.zeros(ties * ties),
         small_x=np.zeros(ties),
         small_pivot=np.zeros(ties, dtype=np.int64),
+        tied=np.array([own], dtype=np.int64),
+        inner=np.zeros((len(model.inertia) if len(model.pairs.cell) else 0, 2 * size, wide)),
         close_reach=np.zeros((wide_sites, n if wide_sites else 0)),
         close_comply=np.zeros((wide_sites, wide_sites)),
         close_arms=np.zeros((wide_sites, held)),
@@ -310,7 +318,7 @@ def factor(model, system):
     """Factor the whole matrix; return False if it is singular or not finite."""
     if not factor_forest(model, system):
         return False
-    if system.left.shape[0] == 0:
+    if system.tied[0] == 0:
         return True
     return factor_ties(model, system)
 
@@ -318,8 +326,8 @@ def factor(model, system):
 @unit
 def factor_ties(model, system):
     """Factor what ties blocks together, after ``factor_forest``; return False if it is singular."""
-    ties, n = system.left.shape
-    for c in range(ties):
+    n = system.left.shape[1]
+    for c in range(system.tied[0]):
         for i in range(n):
             system.reach[c, i] = system.left[c, i]
         solve_forest(model, system, system.reach[c])
@@ -331,5 +339,5 @@ def solve(model, system, x):
     """Solve in place for x (n,) with the factors of ``factor``."""
     x = bare(x)
     solve_forest(model, system, x)
-    if system.left.shape[0] > 0:
+    if system.tied[0] > 0:
         correct(system, x)

@@ -16,7 +16,7 @@ from soft_sim_ros.core.algebra.dual import (
     store_twist,
 )
 from soft_sim_ros.core.algebra.rotation import exp_translation, rotation_exp, stumpff
-from soft_sim_ros.core.backend.jit import bare, call_contact_energy, kernel, unit
+from soft_sim_ros.core.backend.jit import bare, call_bristles, call_contact_energy, kernel, unit
 from soft_sim_ros.core.terms.actuators import port_motion, tendon_energy
 from soft_sim_ros.core.terms.fibres import fibre_energy
 from soft_sim_ros.core.terms.fluid import fluid_energies
@@ -53,6 +53,9 @@ def energies(model, data, q, v, zero):
     elastic += tendon_energy(model, data)
     if len(model.contact.node) > 0:
         elastic += call_contact_energy(data.touch.call[2], model, data)
+        elastic += call_bristles(data.touch.call[3], model, data, data.touch.bristle[0])
+    if len(model.pairs.cell) > 0:
+        elastic += call_contact_energy(data.meet.call[2], model, data)
     return kinetic, elastic, weight
 
 

@@ -239,6 +239,8 @@ def project(model, data, r):
         fluid_wrenches(model, data)
     if len(model.contact.node) > 0:
         call_contact(data.touch.call[0], model, data)
+    if len(model.pairs.cell) > 0:
+        call_contact(data.meet.call[0], model, data)
     carry_wrenches(model, data)
     dual_forces(model, data)
     for k in range(len(model.half)):

@@ -26,7 +26,7 @@ from soft_sim_ros.core.algebra.products import (
 )
 from soft_sim_ros.core.algebra.simd import WIDTH, fused, keep_one, lane, lanes_from, one
 from soft_sim_ros.core.algebra.spaces import polar_of, rotation_of, size_of, wrench_of
-from soft_sim_ros.core.backend.jit import algebra, call_contact_matrices, kernel, unit
+from soft_sim_ros.core.backend.jit import algebra, call_contact_matrices, call_tangent, kernel, unit
 from soft_sim_ros.core.terms.actuators import actuator_tangent
 from soft_sim_ros.core.terms.custom import custom_matrices
 from soft_sim_ros.core.terms.fibres import fibre_tangent
@@ -104,6 +104,16 @@ def four_segments(model, data, alpha, k, count, pieces):
 
 
 @kernel
+def keep_inner(system, node, alpha, jac, size):
+    """Keep J of a node, and the variation of its twist, for contact between bodies."""
+    inner = system.inner[node]
+    for c in range(size):
+        for j in range(jac.shape[1]):
+            inner[c, j] = jac[c, j]
+            inner[size + c, j] = alpha[0] * jac[size + c, j] + alpha[1] * jac[c, j]
+
+
+@kernel
 def block_tangent(model, data, alpha, b, tail, pieces, system):
     """Fill block b of the system; tail (3 size, 8): I, G, D beyond it, moved before it.
 
@@ -138,6 +148,8 @@ def block_tangent(model, data, alpha, b, tail, pieces, system):
                 accumulate(exerts, out, size)
                 add_entries(model, k, begin, a0, hessian[i], turned, block)
             accumulate(jac, step, 3 * size)
+        if len(system.inner) > 0:
+            keep_inner(system, k + 1, alpha, jac, size)
         # the last node of the block moves with all later ones
         accumulate(tail if k == last else inner, nodes[i], 3 * size)
         if m == 0:
@@ -212,3 +224,5 @@ def tangent(model, data, alpha, system):
     actuator_tangent(model, data, alpha, system)
     if alpha[0] != 0.0:
         fibre_tangent(model, data.section, alpha[0], system)
+    if len(model.pairs.cell) > 0:
+        call_tangent(data.meet.call[1], model, data, alpha, system)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from soft_sim_ros.core.algebra import se3
 from soft_sim_ros.core.analysis.statics import equilibrium
+from soft_sim_ros.core.compile.pairs import asked_pairs
 from soft_sim_ros.core.compile.start import given_coordinates
 from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.contacts import ContactReader
@@ -65,11 +66,23 @@ def refuse_overlaps(dynamics: Dynamics, q: Floats) -> None:
     scene = dynamics.compiled.scene
     allowed = {shape.name for shape in scene.environment if shape.overlap}
     worst = None
+    pairs = {pair.bodies: pair for pair in asked_pairs(scene)}
     for contact in ContactReader(dynamics.compiled).near(q, np.zeros(dynamics.n)):
+        pair = pairs.get((contact.body, contact.shape)) or pairs.get((contact.shape, contact.body))
+        if pair is not None and pair.overlap:
+            continue
         if contact.shape in allowed or contact.gap >= -DEEPEST * contact.radius:
             continue
         if worst is None or contact.gap < worst.gap:
             worst = contact
+    if worst is not None and worst.s_there is not None:
+        pair = pairs.get((worst.body, worst.shape)) or pairs[worst.shape, worst.body]
+        expected = (
+            f"bodies that do not begin in one another: {worst.body} at s = {worst.s:.4g} m is "
+            f"{-worst.gap:.3g} m in {worst.shape} at s = {worst.s_there:.4g} m (overlap: true "
+            "allows it)"
+        )
+        raise SceneError(scene.file, pair.key, " and ".join(pair.bodies), expected)
     if worst is not None:
         i = [shape.name for shape in scene.environment].index(worst.shape)
         expected = (

@@ -58,7 +58,7 @@ def tendon_forces(model, data, r):
 @kernel
 def actuator_tangent(model, data, alpha, system):
     """Add α₀ ∂/∂q + α₁ ∂/∂q̇ of ``actuation`` to the system."""
-    for c in range(system.left.shape[0]):
+    for c in range(model.couple_ptr[len(model.couple_ptr) - 1]):
         for j in range(system.left.shape[1]):
             system.left[c, j] = 0.0
             system.right[c, j] = 0.0

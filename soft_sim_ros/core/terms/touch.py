@@ -52,6 +52,8 @@ def begin_stage(touch, base, row, tableau, i, h):
 @kernel
 def end_stage(touch, i, span):
     """Note the rates of the bristles in stage i, in which they could move for span in s."""
+    if touch.pattern[0] != 0.0:
+        touch.met[0] = 1
     if touch.alive[NOW] == 0:
         if touch.pattern[0] == 0.0:
             return
@@ -125,6 +127,14 @@ def put_back(touch, row):
     else:
         touch.alive[NOW] = 1
         touch.bristle[0] = touch.kept_back[row - 1]
+
+
+@kernel
+def before_step(touch):
+    """Return the bristles (P, K, 4) that a piece of a step began with, from ``keep_back``."""
+    if touch.alive[BEFORE] == 0:
+        touch.kept_back[BEFORE - 1] = 0.0
+    return touch.kept_back[BEFORE - 1]
 
 
 @kernel
