@@ -40,7 +40,7 @@ CONVERGED, TOO_MANY, NOT_FINITE, SINGULAR, UNRESOLVED, INVERTED, TOO_FAR = 0, 1,
 LAWLESS, TOO_ROUGH, UNBALANCED, UNMET, MADE = 7, 8, 9, 10, 11
 # In words, for errors.
 REASONS = {
-    1: "Newton's method does not converge, even with 1/128 of the step",
+    1: "Newton's method does not converge, even with 1/4096 of the step",
     2: "the state is not finite",
     3: "the Newton matrix is singular",
     4: "a rod bends or twists by more than half a turn within one segment (more elements or nodes "
@@ -50,7 +50,7 @@ REASONS = {
     7: "a fibre is stretched, compressed or sheared beyond where the law of its material holds",
     8: "options.error cannot be met, even with a millionth of the step",
     9: "the steps do not show the motion: balancing its energy would change velocities by "
-    "more than 1 %, even with 1/128 of the step (a smaller step, or sdirk2, which damps what it "
+    "more than 1 %, even with 1/4096 of the step (a smaller step, or sdirk2, which damps what it "
     "does not show)",
     10: "a constraint is not met: it asks for more than bodies can do, contradicts another one, or "
     "is made where its frames are apart",
