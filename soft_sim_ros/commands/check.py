@@ -159,7 +159,7 @@ def carried(simulation: Simulation, q: np.ndarray) -> InternalWrench:
 def felt(simulation: Simulation, q: np.ndarray) -> Iterator[str]:
     """Give what constraints and contacts carry at coordinates q (n,)."""
     dynamics, scene = simulation.dynamics, simulation.scene
-    if not (scene.constraints or scene.environment):
+    if not (scene.constraints or scene.touches):
         return
     efforts = np.array([actuator.safe for actuator in scene.actuators])
     reactions = dynamics.reactions_of_constraints(q, efforts=efforts) if scene.constraints else {}

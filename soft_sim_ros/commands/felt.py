@@ -28,7 +28,8 @@ def felt_lines(
         yield f"constraint        {one.name}, {one.kind}: {force:.4g} N, {moment:.4g} N·m{said}"
     if len(scene.constraints) > MOST:
         yield f"                  and {len(scene.constraints) - MOST} more constraints"
-    pairs = list(resultants(contacts).items())
+    named = {(one.body, one.shape) for one in contacts}  # what each does to the other is told once
+    pairs = [item for item in resultants(contacts).items() if item[0] in named]
     for (body, shape), wrench in pairs[:MOST]:
         own = [one for one in contacts if (one.body, one.shape) == (body, shape)]
         normal = sum(one.normal_force for one in own)
@@ -40,5 +41,5 @@ def felt_lines(
         )
     if len(pairs) > MOST:
         yield f"                  and {len(pairs) - MOST} more pairs"
-    if scene.environment and not pairs:
+    if scene.touches and not pairs:
         yield "contact           none"

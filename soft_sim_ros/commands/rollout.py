@@ -112,7 +112,7 @@ def _one(run: Run, out: Path) -> int:
         error = summary["space"]["error_rel"]
         print(f"estimate of the tip's error in space: {error:.2g} of the length")
     arm = rollout.simulation
-    if arm.scene.constraints or arm.scene.environment:
+    if arm.scene.constraints or arm.scene.touches:
         reactions = arm.reactions() if arm.scene.constraints else {}
         print("\n".join(felt_lines(arm.scene, reactions, arm.contacts())))
     if unresolved := rollout.doubt():

@@ -158,11 +158,15 @@ class ContactSeries(Series):
     def resultant(self, body: str, other: str) -> Floats:
         """Return the wrench (T, 6) on a body from what it touches; zero while it does not.
 
-        Moment in N·m about the origin of the frame, force in N.
+        Moment in N·m about the origin of the frame, force in N. Of two bodies that touch one
+        another, each is the other's opposite.
         """
-        own = (self.body == body) & (self.other == other)
-        force = self.force[own]
-        each = np.concatenate([np.cross(self.point[own], force), force], axis=1)
         out = np.zeros((len(self), 6))
-        np.add.at(out, self.at[own], each)
+        for sign, one, two in ((1.0, body, other), (-1.0, other, body)):
+            own = (self.body == one) & (self.other == two)
+            force = sign * self.force[own]
+            each = np.concatenate([np.cross(self.point[own], force), force], axis=1)
+            np.add.at(out, self.at[own], each)
+            if body == other:
+                break
         return out

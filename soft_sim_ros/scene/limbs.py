@@ -89,7 +89,7 @@ def limbs_of(scene: Scene) -> Limbs:
         scene.posed,
         tuple(scene.commanded),
         tuple(one.name for one in scene.constraints),
-        bool(scene.environment),
+        scene.touches,
         tuple(body.name for body in scene.bodies),
         tuple(shape.name for shape in scene.environment),
     )

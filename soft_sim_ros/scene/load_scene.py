@@ -70,6 +70,11 @@ class Scene:
     pairs: tuple[Pair, ...] = ()
 
     @property
+    def touches(self) -> bool:
+        """Whether anything can touch: a shape of the environment, or another body."""
+        return bool(self.environment or self.pairs)
+
+    @property
     def scheduled_loads(self) -> tuple[PointLoad | DistributedLoad, ...]:
         """The loads with a wrench and a schedule."""
         kinds = PointLoad, DistributedLoad

@@ -72,7 +72,7 @@ def felt_parts(
     weight, length : N and m of the arm, which scale forces and moments
     longest : m
     """
-    for number in range(MOST if scene.environment else 0):
+    for number in range(MOST if scene.touches else 0):
         shape = Shape("contacts", number, ARROW, size, SLIPS, 2)
         yield Touching(shape, 0.2 * weight, longest)
     for number, one in enumerate(scene.constraints):

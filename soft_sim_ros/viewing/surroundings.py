@@ -26,6 +26,8 @@ def surroundings(scene: Scene, length: float) -> list[tuple[Shape, Floats]]:
     """
     found = []
     for index, solid in enumerate(scene.environment):
+        if solid.on not in (None, "base"):
+            continue  # it moves, and is not drawn yet
         colour = HOLLOW if solid.inside else STONE
         quaternion = Rotation.from_matrix(solid.axes).as_quat()
         for part, (kind, scale, offset) in enumerate(_parts(solid, scene, length)):

@@ -68,7 +68,8 @@ def test_a_start_that_compiles_nothing_does_not_speak_of_compiling(monkeypatch):
     class Slow:
         def __init__(self, scene):
             self.dynamics = self.q = None
-            inputs = {"input_loads": (), "posed": (), "commanded": {}}
+            inputs = {"input_loads": (), "posed": (), "commanded": {}, "constraints": ()}
+            inputs |= {"environment": (), "touches": False}
             self.scene = SimpleNamespace(numerics=None, bodies=(), attachments={}, **inputs)
 
         def advance(self, steps):

@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from soft_sim_ros.batch.rollout import Rollout
+from soft_sim_ros.commands.felt import felt_lines
 from soft_sim_ros.core.mechanics.contacts import resultants
 from soft_sim_ros.core.settled import Simulation
 from soft_sim_ros.errors import RecordingError
@@ -169,3 +170,30 @@ def test_what_is_no_cloud_of_contacts_is_refused(tmp_path):
     with pytest.raises(RecordingError, match="normal_force"):
         read_run(tmp_path / "run").contacts  # noqa: B018
     assert len({name for name, _, _ in FIELDS}) == len(FIELDS)
+
+
+def test_bodies_that_touch_one_another_without_any_surroundings_are_recorded_too(tmp_path):
+    """A ball that lies on another one."""
+    ball = {"kind": "sphere", "radius": 0.05}
+    document = {
+        "name": "balls",
+        "bodies": [
+            {"rigid_body": "below", "mass": 1.0, "inertia": [1e-3] * 3, "shape": ball},
+            {"joint": "slide", "kind": "prismatic", "axis": [0, 0, 1], "parent": "base"},
+            {"rigid_body": "above", "mass": 0.2, "inertia": [1e-4] * 3, "shape": ball},
+        ],
+        "initial": {"positions": {"slide": 0.0999}},
+        "contact": {"stiffness": 1e5, "dissipation": 5.0},
+        "pairs": [{"bodies": ["below", "above"]}],
+        "numerics": {"step": 0.001},
+    }
+    path = tmp_path / "balls.yaml"
+    path.write_text(yaml.safe_dump(document))
+    rollout = Rollout(load_scene(path), tmp_path / "run", space=False)
+    rollout.run(0.5)
+    lines = list(felt_lines(rollout.simulation.scene, {}, rollout.simulation.contacts()))
+    assert len(lines) == 1 and "points 1" in lines[0]
+    recorded = read_run(tmp_path / "run").contacts
+    up, down = (recorded.resultant(*pair)[-1] for pair in (("above", "below"), ("below", "above")))
+    assert up[5] == pytest.approx(0.2 * 9.81, rel=1e-3)
+    np.testing.assert_array_equal(up, -down)
