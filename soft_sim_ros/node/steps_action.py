@@ -60,7 +60,8 @@ class StepsAction:
             before = made
             done, said = physics.step(min(wanted - made, physics.grid.publish))
             made = physics.simulation.step_index - first
-            if not done and (made == before or physics.diverged):
+            # a running arm moves by itself, and an arm that is stepped may take several calls
+            if not done and (made == before or physics.diverged or not physics.paused):
                 text = f"{made} of {wanted} steps: {said}"
             feedback = self._kind.Feedback()
             feedback.completed_steps, feedback.remaining_steps = made, max(0, wanted - made)
