@@ -15,7 +15,7 @@ from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.mechanics.blocks import Blocks
 from soft_sim_ros.core.mechanics.dynamics import Dynamics
 
-from .small_motion import ASYMMETRY, NEUTRAL, Complex
+from .small_motion import ASYMMETRY, NEUTRAL, Complex, scale_of
 
 PROBES = 3
 SLOWEST = 24  # motions that are looked at where the stiffness is not symmetric
@@ -33,9 +33,7 @@ def unit_blocks(dynamics: Dynamics, stiffness: Blocks) -> Floats:
         unit = np.zeros(len(own))
         unit[i] = 1.0
         own[i] = np.abs(stiffness.times(unit) / weight).max() / weight[i]
-    free = ~(own > 0.0)
-    own[free] = 1.0 if free.all() else own[~free].min()
-    return np.asarray(weight * np.sqrt(own))
+    return scale_of(own, weight)
 
 
 def symmetric_blocks(stiffness: Blocks, scale: Floats) -> bool:

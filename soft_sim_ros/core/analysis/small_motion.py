@@ -61,6 +61,11 @@ def unit_scale(stiffness: Floats, law: Floats, weight: Floats) -> Floats:
     own = np.maximum(elastic, np.diag(sizes))
     loose = elastic <= 0.0
     own[loose] = sizes.max(axis=1)[loose]
+    return scale_of(own, weight)
+
+
+def scale_of(own: Floats, weight: Floats) -> Floats:
+    """Return d (n,) for stiffnesses ``own`` (n,) of displacements; none counts as the least."""
     free = ~(own > 0.0)
     own[free] = 1.0 if free.all() else own[~free].min()
     return np.asarray(weight * np.sqrt(own))

@@ -14,10 +14,10 @@ from soft_sim_ros.core.floats import Floats
 from soft_sim_ros.core.recursion.elimination import diagonal_of, factor, new_system, solve
 from soft_sim_ros.core.recursion.multiplication import multiply
 from soft_sim_ros.core.recursion.tangent import tangent
+from soft_sim_ros.core.terms.driven import HELD
 
 from .dynamics import Dynamics
 
-HELD = 1e30  # times its own stiffness: a coordinate that is not looked for
 FROM = 250  # coordinates: fewer are solved as fast, or faster, by a dense matrix
 
 
